@@ -237,9 +237,7 @@ class Chain:
 
 
 def displacement(one: Begun, other: Begun, doubt: list) -> tuple:
-    """From the place of the one to that of the other, in the frame of the one, and by how much each
-    coordinate may be off.
-    """
+    """The way from one place to the other as the one sees it, and how far each axis may be off."""
     way = [b - a for a, b in zip(one.place, other.place, strict=True)]
     *start, heading, drift = doubt
     size = sum(map(abs, way))

@@ -118,9 +118,7 @@ def _fitted(name: str, widths: tuple[float, ...], n: int, meaning: str) -> np.nd
 
 
 def _by_name(read: Callable, listed: bool = False) -> Callable:
-    """A reader of ((parameter, value), ...), each parameter once, from a mapping, pairs or, if
-    `listed`, a list; values by `read`.
-    """
+    """A reader, values by `read`, of a mapping, pairs or, if `listed`, a list; each name once."""
 
     def valid(name: str, given) -> tuple:
         if isinstance(given, Mapping):

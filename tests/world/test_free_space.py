@@ -127,6 +127,8 @@ def test_the_pieces_close_in_exact_arithmetic(drives):
 
 def test_a_missing_piece_is_a_way_out():
     near = free_place(BODY, 5.0).near((0, 0), 1.5)
+    with pytest.raises(InputError, match="near most: expected a whole number"):
+        near.near((0, 0), 1.5, most="a")
     pieces = near.obstacles()
     assert len(pieces) == 4  # the sides of the square: nothing else is near
     for gone, (p, q) in enumerate(edges(near.region)):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact
 from parc_jax.drive.loop.commitment import Commitment, require_shared
@@ -23,16 +23,13 @@ def reserved(
 ) -> tuple[list[HPolytope], list[Span]]:
     """The places of a robot from a moment on, by its manoeuvre under way: its stop and where it
     rests for ever are among them. Obstacles and spans for `Loop.step` of another robot; the last
-    one has all places from its span on, however long: the other then rests.
-
-    commitment: of the robot that is in the way. at: [s] of the clock that both share, when the pose
-    of the other is measured; not before the manoeuvre began. time: grid of the other's model.
-    every: intervals of it per obstacle; more makes fewer and larger ones.
-    Raises InputError.
+    one has all places from its span on, however long: the other then rests. commitment: of the
+    robot that is in the way. at: [s] of the clock that both share, when the pose of the other is
+    measured; not before the manoeuvre began. time: grid of the other's model. every: intervals of
+    it per obstacle; more makes fewer and larger ones. Raises InputError.
     """
-    for name, value, kind in (("commitment", commitment, Commitment), ("time", time, TimeGrid)):
-        if not isinstance(value, kind):
-            raise InputError(f"reserved {name}: expected a {kind.__name__}; got {value!r:.60}.")
+    check_kind("reserved commitment", commitment, Commitment)
+    check_kind("reserved time", time, TimeGrid)
     age = Fraction(float(as_float64("at", at, ()))) - commitment.begin
     if age < -SAME or not isinstance(every, int | np.integer) or every < 1:
         raise InputError(

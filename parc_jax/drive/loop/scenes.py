@@ -30,9 +30,7 @@ CORNERS = 8  # of an obstacle in the plane: scenes are padded to as many, so non
 
 
 class Scenes:
-    """Makes scenes of one model and body. end, uncertainty: as in `Loop`. Raises InputError where
-    they do not fit the model.
-    """
+    """Scenes of one model and body. end, uncertainty: of `Loop`; refused where they do not fit."""
 
     def __init__(
         self,
@@ -63,9 +61,7 @@ class Scenes:
         at: Fraction = Fraction(0),
         drifted: float = 0.0,
     ) -> Scene:
-        """The scene at a pose that was measured at [s] of the clock. spans, goal: as of
-        `Loop.step`. drifted: [m] as of a commitment. Raises InputError.
-        """
+        """The scene at a pose of a moment [s]; the rest as of `Loop.step`. Raises InputError."""
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         # a goal of one row, a placeholder until the problem is in the robot's frame

@@ -36,9 +36,7 @@ class ErrorBox:
         return _total(_product(abs(w), half))
 
     def support_by_axis(self, w: Sequence[ArrayLike]):
-        """`support` of many directions, given as a tuple of n arrays, one per axis, which broadcast
-        against the leading axes.
-        """
+        """`support` of many directions: a tuple of n arrays that broadcast with leading axes."""
         # axis by axis no array is read with a stride
         along = [_product(abs(x), self.half[..., i]) for i, x in enumerate(w)]
         return sum(along[1:], along[0])
@@ -56,10 +54,9 @@ class ErrorBox:
 @struct.dataclass
 class ErrorTemplate:
     """Errors between pairs of parallel faces, by basis. Build with `template`. Kernels; the leading
-    axes broadcast against those of w.
-
-    dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over the n directions of a basis.
-    centre, half (..., B, n): of those directions; a basis that is left out is infinitely wide.
+    axes broadcast against those of w. dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over
+    the n directions of a basis. centre, half (..., B, n): of those directions; a basis that is left
+    out is infinitely wide.
     """
 
     dual: np.ndarray
@@ -281,16 +278,12 @@ class Faces:
         return np.concatenate([size, across], axis=-1)
 
     def with_half(self, half: np.ndarray) -> "Faces":
-        """The same faces with half widths rounded up to short fractions, so that centre and half
-        add up without rounding. Raises InputError.
-        """
+        """Half widths rounded up, so that they add to the centre exactly. Raises InputError."""
         whole = np.ceil(np.ldexp(half, HALF_BITS))
         return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
 
     def times(self, factor: float) -> "Faces":
-        """The set, with zero, times a factor; rounded outward to short fractions, so that sets are
-        nested as their factors are.
-        """
+        """The set, with zero, times a factor; rounded outward, nested as their factors are."""
         low = np.floor(np.ldexp(factor * np.minimum(self.centre - self.half, 0.0), CENTRE_BITS))
         high = np.ceil(np.ldexp(factor * np.maximum(self.centre + self.half, 0.0), CENTRE_BITS))
         both = np.add(low, high, out=np.zeros(low.shape), where=np.isfinite(self.half))

@@ -51,11 +51,9 @@ Cache = dict[tuple, TrajectoryModel]
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A problem for a model, in the world frame. Made by `query`.
-
-    problem: with its uncertainty and its start set.
-    model: network and error bound.
-    pose: of the robot; None for plans from any start.
+    """A problem for a model, in the world frame. Made by `query`. problem: with its uncertainty and
+    its start set. model: network and error bound. pose: of the robot; None for plans from any
+    start.
     """
 
     problem: Problem
@@ -63,10 +61,7 @@ class Query:
     pose: Pose | None = None
 
     def of(self, model: TrajectoryModel) -> "Query":
-        """The same query of another model.
-
-        Raises InputError if the pose has a heading and the model's system declares no rotation.
-        """
+        """The same of another model. Raises InputError for a heading without declared rotation."""
         if self.pose is not None and self.pose.heading is not None:
             require_rotation(model, "at")
         return replace(self, model=model)
@@ -141,15 +136,12 @@ class Query:
 
 @dataclass(frozen=True, eq=False)
 class NominalProblem:
-    """A problem without uncertainty and its model; `Scene` holds its arrays.
-
-    problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
-        heading.
-    model: with the points, the network and the tube of all vertex realisations.
-    uncertainty: uncertainty that its safe plans are robust to, None for none.
-    at: (n_p,) [m] the one start of its plans, None for any.
-    pose: the pose behind it.
-    query: the query behind it; None where a file has the nominal problem alone.
+    """A problem without uncertainty and its model; `Scene` holds its arrays. problem: grown
+    obstacles, shrunken goal and start set; in the robot frame if the pose has a heading. model:
+    with the points, the network and the tube of all vertex realisations. uncertainty: uncertainty
+    that its safe plans are robust to, None for none. at: (n_p,) [m] the one start of its plans,
+    None for any. pose: the pose behind it. query: the query behind it; None where a file has the
+    nominal problem alone.
     """
 
     problem: Problem
@@ -237,10 +229,8 @@ def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
 def nominal_problems(
     problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
 ) -> tuple[list[Problem], TrajectoryModel]:
-    """The nominal problems of a batch, and the one robust model that they share.
-
-    cache: as of `Query.nominal`.
-    Raises InputError where their uncertainties ask for different models.
+    """The nominal problems of a batch, and the one robust model that they share. cache: as of
+    `Query.nominal`. Raises InputError where their uncertainties ask for different models.
     """
     nominal = []
     for row, problem in enumerate(problems):
@@ -299,9 +289,7 @@ def robust_scene(
 def _shrunken_goal(
     goal: HPolytope, layout: Layout, start: np.ndarray, off: np.ndarray
 ) -> HPolytope:
-    """The goal that is met from every start, wherever it truly is. start, off: half widths of the
-    start, and of the goal's error.
-    """
+    """The goal met from every start, wherever it is. start, off: half widths of both errors."""
     # all points move equally with the start, and with the goal: of a row only their sum counts
     if not (start.any() or off.any()):
         return goal

@@ -106,9 +106,7 @@ def tube_part(tube: Tube) -> dict:
 
 
 def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
-    """A tube of templates, float64 exactly, with bounds of its errors along the rows of a goal; a
-    bin without claim is NO_CLAIM wide.
-    """
+    """A tube of templates, exact, with bounds along a goal's rows; without claim NO_CLAIM wide."""
     during, at_end = (
         faces.with_half(np.where(np.isinf(faces.half), NO_CLAIM, faces.half)) for faces in templates
     )

@@ -144,12 +144,10 @@ def verdict_in_turn(
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
     """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
     the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
-    Kernel, not for vmap.
-
-    bins: the first n_bins contain k, whose errors together one direction has to allow for, as a
-    proof has it [T28]. first: the pair tested first, negative for the nearest box.
-    Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
-    number of pairs tested, which is nearly all of the work.
+    Kernel, not for vmap. bins: the first n_bins contain k, whose errors together one direction has
+    to allow for, as a proof has it [T28]. first: the pair tested first, negative for the nearest
+    box. Returns also the pair that the plan touches, which a plan beside it may touch as well, and
+    the number of pairs tested, which is nearly all of the work.
     """
     seen = prediction(net, tube, scene, p0, k, bins[0])
 
@@ -201,9 +199,7 @@ def _away(scene: SceneArrays, path: Path, errors: ErrorSet):
 
 
 def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
-    """Smallest gap [m] of a path with errors (T, n_points) from all active obstacles,
-    less the slack; of a plan that reaches the goal.
-    """
+    """Least gap [m] of a plan that reaches the goal from all active obstacles, less the slack."""
     if scene.count is None:  # of a batch, where all are looked at side by side
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
@@ -284,9 +280,7 @@ def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k:
 
 
 def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
-    """Verdicts on plans, as NumPy arrays; on a border between bins those of the
-    bin that leaves the least, margin by margin. [T28]
-    """
+    """Verdicts on plans, in NumPy; on an edge between bins the least of each margin. [T28]"""
     model, arrays = scene.model, scene.arrays
     rows, bins = each_bin(model.tube.edges, k)
 
@@ -314,9 +308,7 @@ def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 
 def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Predicted paths (b, T + 1, n_c) of p0 (b, n_p), k (b, n_k), on the host: a hint for
-    certificates, no verdict.
-    """
+    """Predicted paths (b, T + 1, n_c) on the host: a hint for certificates, no verdict."""
     return moved_to(p0, trajectories(model.net, model.layout, k)[0])
 
 

@@ -97,9 +97,7 @@ def rounds(
     kept: Any,
     span: tuple[Index | int, Index | int],
 ) -> tuple[jax.Array, Any]:
-    """The plans kept after the rounds of a span (first, last), last excluded, or after as many as
-    are enough; with the number of the next round. Kernel.
-    """
+    """The next round's number, and plans kept after a span (first, end) or enough. Kernel."""
     first, last = span
 
     def unfinished(state: tuple):
