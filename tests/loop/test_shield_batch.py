@@ -17,6 +17,7 @@ from parc_jax.learning.bound.claim import derived
 need("gymnasium")
 from platform_env import HELD, Platform, PlatformSystem, platform_model, shielded  # noqa: E402
 
+WIDE = 0.05
 POSTS = ([[1.0, -0.1], [-9.0, 3.0]], [[0.55, -0.1], [0.1, 0.6]], [[9.0, 9.0], [-0.7, -0.7]])
 
 
@@ -33,10 +34,18 @@ def shield_of(model, radius=0.2, ask=jnp.nan_to_num):  # which hides what is not
     )
 
 
+def wider_later():
+    """The model with a tube that is wider after a command."""
+    model = platform_model()
+    interval, knot = model.tube.interval.copy(), round(HELD / model.time.dt)
+    interval[:, knot:] = WIDE
+    return told(model, tube=pj.learning.tube(model.tube.edges, interval, model.tube.final))
+
+
 @pytest.fixture(scope="module")
 def batch():
     """The shield, and its two functions, compiled."""
-    made = shield_of(platform_model())
+    made = shield_of(wider_later())
     return made, jax.jit(made.start), jax.jit(made.step)
 
 
@@ -91,6 +100,7 @@ def test_it_decides_as_the_shield_of_one_environment(kind, monkeypatch):
         ({"corner": 50.0}, 2),
         ({"corner": np.nan}, 2),
         ({"pose": 0.5}, 3),
+        ({"pose": 0.6 * WIDE}, 3),  # at a knot, which belongs to the interval before it, too
     ],
 )
 def test_what_is_wrong_in_one_environment_is_its_brake_alone(batch, wrong, reason):
@@ -188,7 +198,7 @@ def test_what_another_shield_has_under_way_is_refused(batch):
     """Of another model, robot or door: when it is traced, so that a compiled step pays nothing."""
     _, start, step = batch
     seen = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
-    model = platform_model()
+    model = wider_later()
     wider = model.replace(claim=derived(model.claim, law=replace(model.claim.law, k_law="other")))
     others = [shield_of(wider), shield_of(model, radius=0.3), shield_of(model, ask=jnp.tanh)]
     with jax.enable_x64(True):  # traced alone, for nothing has to be compiled to refuse it
@@ -199,18 +209,3 @@ def test_what_another_shield_has_under_way_is_refused(batch):
                 jax.eval_shape(step, jax.eval_shape(other.start, *seen), *seen, 0.5 * seen[3])
             with pytest.raises(pj.InputError, match="Begin anew with `start`"):
                 jax.eval_shape(other.step, mine, *seen, 0.5 * seen[3])
-
-
-def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it_in_a_batch_too():
-    model = platform_model()
-    interval, knot = model.tube.interval.copy(), round(HELD / model.time.dt)
-    interval[:, :knot], interval[:, knot:] = 0.01, 0.05
-    tube = pj.learning.tube(model.tube.edges, interval, model.tube.final)
-    made = shield_of(told(model, tube=tube))
-    seen = arrays([[[9.0, 9.0]]] * 2, np.zeros((2, 2)), np.zeros((2, 2)))
-    with jax.enable_x64(True):
-        start, step = jax.jit(made.start), jax.jit(made.step)
-        under_way, _ = step(start(*seen), *seen, np.zeros((2, 2)))
-        aside = (np.array([[0.0, 0.005], [0.0, 0.03]]), *seen[1:])
-        _, driven = step(under_way, *aside, np.zeros((2, 2)))
-    assert driven.reason.tolist() == [0, 3]

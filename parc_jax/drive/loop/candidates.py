@@ -111,9 +111,9 @@ class Leaving(NamedTuple):
         """Raises InputError where it may not."""
         if not self.may(passed):
             raise InputError(
-                f"{name}: expected a manoeuvre to be left from {float(self.first):g} s to "
-                f"{float(self.last):g} s after its beginning, or at rest; this is after "
-                f"{float(passed):g} s."
+                f"{name}: expected a manoeuvre to be left from {float(self.first):.9g} s to "
+                f"{float(self.last):.9g} s after its beginning, or at rest; this is after "
+                f"{float(passed):.9g} s."
             )
 
 

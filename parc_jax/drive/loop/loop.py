@@ -135,8 +135,9 @@ class Loop:
             # else a step could end, or the next one begin, before its command
             if not self.effort.deadline <= seconds <= left:
                 raise InputError(
-                    f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time "
-                    f"to leave no earlier; got {self.effort.deadline:g} s and {left:g} s."
+                    f"Loop: expected a deadline within the {exact(seconds)} s of thinking, and a "
+                    f"time to leave no earlier; got {exact(self.effort.deadline)} s and "
+                    f"{exact(left)} s."
                 )
         self.candidates = even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
@@ -344,7 +345,7 @@ class Loop:
         last = self.under_way
         drift = float(as_float64("drift", drift, ()))
         if not drift >= 0:
-            raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
+            raise InputError(f"drift: expected 0 m or more; got {exact(drift)}.")
         if last is None:
             return
         if last.seen_outside:
