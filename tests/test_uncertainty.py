@@ -8,7 +8,8 @@ from toy_models import line_model
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.problem.problem import reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.statement import about_pose
@@ -55,6 +56,8 @@ REFUSED = {
         "uncertainty k: expected parameters by name, or by number",
     ),
     "obstacles by a number": ({"obstacles": [0.1]}, "uncertainty of obstacle 0: expected a Box"),
+    "a number for obstacles": ({"obstacles": 0.1}, "uncertainty of obstacle 0: expected a Box"),
+    "yes for a start": ({"start": True}, "uncertainty start: expected half widths, numbers"),
     "more than certain": (
         {"sensing_eps": 1.5},
         r"uncertainty sensing_eps: expected a probability in",
@@ -67,6 +70,23 @@ def test_what_is_no_uncertainty_is_refused(case):
     given, sentence = REFUSED[case]
     with pytest.raises(InputError, match=sentence):
         Uncertainty(**given)
+
+
+def test_without_a_set_all_obstacles_are_exact():
+    assert Uncertainty(obstacles=None).is_nothing
+
+
+def test_a_goal_of_several_points_says_nothing_of_the_workspace():
+    """Its rows were taken for that of a robot of one point, whose start has as many axes."""
+    of_rear = {"rear": box([1.0, -1.0], [3.0, 1.0])}
+    goal = goal_of_points(("rear", "front"), of_rear, q=box([-0.5], [0.5]))
+    known = Uncertainty(start=[0.05, 0.02])
+    for obstacles in ([], [WALL]):
+        asked = reach_avoid(goal, obstacles, hull(0, 1, radius=0.1), uncertainty=known)
+        assert asked.replace(spans=None).uncertainty is known
+    with pytest.raises(InputError, match="or 2, one per axis of the workspace; got 3"):
+        problem = reach_avoid(GOAL, [], 0.1, uncertainty=Uncertainty(start=[0.1, 0.1, 0.1]))
+        query(problem, line_model()).nominal()
 
 
 def test_uncertainty_must_fit_the_scene():

@@ -5,6 +5,7 @@ around it needs the extra `live` (viser), stays on this machine, and is the same
 """
 
 import itertools
+import math
 import time
 from dataclasses import replace
 from typing import NamedTuple
@@ -50,9 +51,7 @@ PIECES = 12  # of a plan, in each of which the swept body is drawn as one convex
 
 
 class Grip(NamedTuple):
-    """What can be dragged: its set as it was told (None: a pose), the middle of that (n_p,), and
-    where it is now: place (n_p,), turn (n_p, n_p).
-    """
+    """What is dragged: its set as told (None: a pose), its middle (n_p,), place and turn now."""
 
     whole: HPolytope | None
     middle: np.ndarray
@@ -80,9 +79,7 @@ class Grip(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Safe plans (n, n_p + n_k) of a scene, the largest clearance (n,) [m] first, and the seconds
-    from what was dragged to them.
-    """
+    """Safe plans (n, n_p + n_k) of a scene, largest clearance (n,) [m] first, and [s] it took."""
 
     scene: Scene
     plans: np.ndarray
@@ -91,13 +88,11 @@ class Drawn(NamedTuple):
 
 
 class Live:
-    """A problem that is changed by hand, and its safe plans; no browser.
-
-    at: as of `Planner.solve`. wanted: plans to draw, 16 to 64. Raises InputError.
-
-    k: (2, n_k) of plans and of the set. off: [m] half widths of what is not known of the pose and
-    of obstacles, beside what the problem says. planner: one of `planners`, which share a network,
-    by rising eps, each with its part of delta; at first that with the tube of the model.
+    """A problem that is changed by hand, and its safe plans; no browser. at: as of `Planner.solve`.
+    wanted: plans to draw, 16 to 64. Raises InputError. k: (2, n_k) of plans and of the set. off:
+    [m] half widths of what is not known of the pose and of obstacles, beside what the problem says.
+    planner: one of `planners`, which share a network, by rising eps, each with its part of delta;
+    at first that with the tube of the model.
     """
 
     def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
@@ -125,8 +120,8 @@ class Live:
         self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
         if at is not None:
             at = np.asarray(at, float)
-            turn = _turn(at[n_p] if len(at) > n_p else 0.0, n_p)
-            self.grips["start"] = Grip(None, at[:n_p], at[:n_p], turn)
+            self._heading = float(at[n_p]) if len(at) > n_p else 0.0
+            self.grips["start"] = Grip(None, at[:n_p], at[:n_p], _turn(self._heading, n_p))
         self.pose_size = None if at is None else len(at)
         nominal = self._nominal()
         whole = scene_of(nominal.problem, nominal.model)
@@ -150,10 +145,10 @@ class Live:
         self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
-        """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
-        Raises InputError for another one.
-        """
-        own = self.grips[name]
+        """Drag a free grip to (n_p,) [m], turned by [rad] or a matrix. Raises InputError."""
+        own = self.grips.get(name)
+        if own is None:
+            raise InputError(f"move: expected one of {', '.join(self.grips)}; got {name!r:.60}.")
         if not own.free:
             raise InputError(f"move: expected no edge of free space; {name} is one. Drag another.")
         turn = own.turn if turn is None else _turn(turn, len(own.place))
@@ -182,11 +177,13 @@ class Live:
 
     @property
     def at(self) -> np.ndarray | None:
-        """The pose of the start, as it was dragged; None for any."""
+        """The start's pose as dragged, its heading within half a turn of the told one; or None."""
         if self.pose_size is None:
             return None
         place, turn = self.grips["start"].place, self.grips["start"].turn
-        return np.r_[place, np.arctan2(turn[1, 0], turn[0, 0])][: self.pose_size]
+        # a goal may be told beyond a turn, and is met from a heading that is told so as well
+        turned = math.remainder(np.arctan2(turn[1, 0], turn[0, 0]) - self._heading, 2 * np.pi)
+        return np.r_[place, self._heading + turned][: self.pose_size]
 
     def _nominal(self):
         planner = self.planner  # once: a slider may change it meanwhile, and its cache is its own
@@ -201,9 +198,7 @@ class Live:
         return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:
-        """Safe plans, each verified in float64: those of before where they still are, others near
-        them, and new ones. Raises InputError.
-        """
+        """Safe plans, verified in float64: of before, near those, and new. Raises InputError."""
         begin, scene = time.perf_counter(), self.scene()
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
@@ -229,9 +224,7 @@ class Live:
         return Drawn(scene, each, room[order], time.perf_counter() - begin)
 
     def settle(self) -> tuple[Answer | None, Why | None]:
-        """The set within about a second, not proved, and where none was found or few are safe what
-        is in the way. Raises InputError.
-        """
+        """A set within a second, not proved; why there is none, or few. Raises InputError."""
         drawn, asked, why = self.draw(), SOON, None
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)
@@ -244,9 +237,7 @@ class Live:
         return answer, (why or answer.why()) if few else None
 
     def warm_up(self) -> None:
-        """Compile all that a release needs: also where obstacles are turned and their place is not
-        known, which gives them more sides.
-        """
+        """Compile what a release needs, for turned obstacles too, which may have more sides."""
         grips, off = dict(self.grips), dict(self.off)
         for turn in (1e-3, 0.0):
             self.off = dict.fromkeys(off, turn * self.most_off)
@@ -339,11 +330,10 @@ def _ball(n_p: int) -> tuple[np.ndarray, np.ndarray]:
 def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait: bool = True):
     """Open a page on this machine where obstacles, goal and start are dragged by hand: while they
     move, safe plans are redrawn with the body on its way; on release the set is measured, and where
-    it is empty, what is in the way.
-
-    source: an answer, or a model with its problem. at: as of `Planner.solve`. port: of this machine
-    alone, or the next that is free. wait: until interrupted; False returns the page, of which
-    `run()` waits and `stop()` ends it. Needs the extra `live`. Raises InputError.
+    it is empty, what is in the way. source: an answer, or a model with its problem. at: as of
+    `Planner.solve`. port: of this machine alone, or the next that is free. wait: until interrupted;
+    False returns the page, of which `run()` waits and `stop()` ends it. Needs the extra `live`.
+    Raises InputError.
     """
     if isinstance(source, Answer):
         asked = source.scene.nominal

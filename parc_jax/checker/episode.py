@@ -14,7 +14,7 @@ from .entries import canonical, hash_of
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
 from .question import about_the_model
-from .rests_on import checked_premises, doubt_of, lines_of, seconds
+from .rests_on import SAME, checked_premises, doubt_of, lines_of, seconds
 from .turns import MOST, OFF, cosine_and_sine
 
 KIND = "parc_jax.episode/"  # of any version
@@ -168,6 +168,9 @@ class Chain:
         step = min(passed // context.dt, context.T)
         knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
         t = min(step, context.T - 1)
+        # a knot belongs to both its intervals
+        before = t - (t > 0 and passed - t * context.dt <= SAME)
+        after = min(t + ((t + 1) * context.dt - passed <= SAME), context.T - 1)
         moved, off = displacement(one, other, self.doubt)
         for axis, sign in itertools.product(range(n_p), (1, -1)):
             w = [Fraction(sign * (a == axis)) for a in range(n_p)]
@@ -176,8 +179,9 @@ class Chain:
                 way = sign * moved[axis]
                 if i > 0:  # the first point is at the pose
                     way -= self.reach(other, [0], 0, i, back) + self.lost(other, i)
-                if not way <= self.reach(one, knots, t, i, w) + off:
-                    return False
+                for s in {before, t, after}:
+                    if not way <= self.reach(one, knots, s, i, w) + off:
+                        return False
         return True
 
     def reach(self, one: Begun, knots: list, t: int, i: int, w: list) -> Fraction:
@@ -233,9 +237,7 @@ class Chain:
 
 
 def displacement(one: Begun, other: Begun, doubt: list) -> tuple:
-    """From the place of the one to that of the other, in the frame of the one, and by how much each
-    coordinate may be off.
-    """
+    """The way from one place to the other as the one sees it, and how far each axis may be off."""
     way = [b - a for a, b in zip(one.place, other.place, strict=True)]
     *start, heading, drift = doubt
     size = sum(map(abs, way))

@@ -17,6 +17,12 @@ class SoundnessError(ParcError, RuntimeError):
     """A proof obligation failed (incomplete region table, refused probe): certification ends."""
 
 
+def check_kind(name: str, value: object, kind: type) -> None:
+    """Raises InputError for a value that is none of a kind."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name}: expected {kind.__name__}; got {value!r:.60}.")
+
+
 def expected(call: str, what: str, got: object, hint: str) -> str:
     """The sentence for an argument of a wrong type, with a hint."""
     shown = f"{got!r:.60}" if isinstance(got, str | int | float) else type(got).__name__

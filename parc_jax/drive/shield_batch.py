@@ -1,6 +1,4 @@
-"""The shield for batches of functional environments: pure functions of arrays, for a jitted step of
-thousands of them. [T37, T38]
-"""
+"""The shield for batches of environments: pure functions of arrays, to be jitted. [T37, T38]"""
 
 from collections.abc import Callable
 from functools import partial
@@ -15,7 +13,7 @@ from parc_jax.common.arrays import as_float64, least, single
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop import candidates as listed
-from parc_jax.drive.loop.commitment import ROUNDED
+from parc_jax.drive.loop.commitment import ROUNDED, SAME
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.error_set import ErrorBox
@@ -97,14 +95,12 @@ class BatchShield:
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
     It decides as `Shield` does, without certificates. Of a clearance it knows a lower bound, since
     its directions are not searched for: near the least that is asked it may be warier; and no k on
-    an edge between bins is safe to it. [T14, T28, T38]
-
-    model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
-        of the robot, a disc.
-    ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
-    far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
-    All of it is float64: refused where `jax.enable_x64` does not hold. Raises InputError, also for
-    a model of several points, and for `every` at which no run of its claim was left.
+    an edge between bins is safe to it. [T14, T28, T38] model, system, every, room: as of `Shield`;
+    candidates and rest as by default there. radius: [m] of the robot, a disc. ask, act: as of
+    `Shield`, of one environment, in JAX; seconds are traced. far: [m] the farthest corner of an
+    obstacle from the robot, along an axis; beyond, none begins. All of it is float64: refused where
+    `jax.enable_x64` does not hold. Raises InputError, also for a model of several points, and for
+    `every` at which no run of its claim was left.
     """
 
     def __init__(
@@ -191,7 +187,6 @@ class BatchShield:
 
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
-
         Boxes show most proposals safe, directions some more. Of the other environments all
         manoeuvres are ranked in float32; the nearest is judged, until one is safe or none is left.
         """
@@ -340,8 +335,11 @@ class BatchShield:
         passed = jnp.minimum(seconds / time.dt, time.n_steps)
         before = jnp.minimum(passed.astype(int), time.n_steps - 1)
         way = knots[before] + (passed - before.astype(float)) * (knots[before + 1] - knots[before])
-        allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), before] + ROUNDED
-        return (jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed).max()
+        near = passed + np.array([-1.0, 1.0]) * float(SAME) / time.dt  # at a knot in both intervals
+        both = jnp.clip(near.astype(int), 0, time.n_steps - 1)
+        allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
+        beyond = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed - ROUNDED
+        return beyond.max()
 
 
 def _seen(*of: Any) -> Seen:

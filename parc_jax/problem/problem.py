@@ -78,16 +78,13 @@ class GoalOfPoints(HPolytope):
 @struct.dataclass
 class Problem:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
-
-    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends
-        of all of them, point by point, then q_f.
-    obstacles: closed polytopes over p.
-    body: Disc or Polygon about the first reference point, or a Body of several parts.
-    start: polytope over p0, or None for anywhere.
-    spans: per obstacle the Span in which it exists, or None for always.
-    uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
-    points: names of the reference points that the goal is about, in its order; a model with others,
-        or in another order, is refused. () = not given.
+    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends of
+    all of them, point by point, then q_f. obstacles: closed polytopes over p. body: Disc or Polygon
+    about the first reference point, or a Body of several parts. start: polytope over p0, or None
+    for anywhere. spans: per obstacle the Span in which it exists, or None for always. uncertainty:
+    uncertainty that safe plans are robust to; `Query.nominal` reduces it. points: names of the
+    reference points that the goal is about, in its order; a model with others, or in another order,
+    is refused. () = not given.
     """
 
     goal: HPolytope
@@ -166,9 +163,10 @@ def reach_avoid(
     obstacles = tuple(o if isinstance(o, Edge) else owned(o, "obstacle") for o in obstacles)
     start = None if start is None else owned(start, "start")
     body = body_of([body]) if isinstance(body, Body) else shape("body", body)
-    n_p = _workspace(goal, obstacles, body, start)
+    # where none of these tells of the workspace the model will: a goal may be of several points
+    n_p = next((s.n for s in (*obstacles, start) if s is not None), None) or _of_polygons(body)
     _require_in_workspace(obstacles, start, n_p)
-    if goal.n < n_p:
+    if n_p is not None and goal.n < n_p:
         raise InputError(
             f"goal: expected at least the {n_p} workspace coordinates (p, q); got {goal.n} "
             "dimensions."
@@ -191,6 +189,11 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
+        if span is not None and isinstance(obstacles[j], Edge):
+            raise InputError(
+                f"span of obstacle {j}: expected none for an edge of free space, beyond which "
+                f"nothing is known at any time; got {tuple(span)}."
+            )
     spans = tuple(s if s is None or isinstance(s, Span) else Span(s) for s in spans)
     moments = [s.at for s in spans if s is not None and s.at is not None]
     if moments and not max(moments) - min(moments) <= SAME:
@@ -202,14 +205,18 @@ def reach_avoid(
         if not isinstance(uncertainty, Uncertainty):
             kind = type(uncertainty).__name__
             raise InputError(f"uncertainty: expected an Uncertainty; got {kind}.")
-        uncertainty.shifts(n_p)
+        if n_p is not None:
+            uncertainty.shifts(n_p)
         errors = uncertainty.of_obstacles(len(obstacles))
         _require_in_workspace(errors, None, n_p, "uncertainty of obstacle")
     return Problem(goal, obstacles, body, start, spans, uncertainty, points)
 
 
 def _require_in_workspace(
-    obstacles: Sequence[HPolytope | None], start: HPolytope | None, n_p: int, kind: str = "obstacle"
+    obstacles: Sequence[HPolytope | None],
+    start: HPolytope | None,
+    n_p: int | None,
+    kind: str = "obstacle",
 ) -> None:
     """Raises InputError for sets of another dimension; None for no set."""
     for name, part in [*((f"{kind} {j}", o) for j, o in enumerate(obstacles)), ("start", start)]:
@@ -230,9 +237,7 @@ def require_points(problem: Problem, points: Sequence[str]) -> None:
 
 
 def require_dimensions(problem: Problem, robot: Any) -> None:
-    """Raises InputError where the problem has other dimensions, points or intervals than a robot.
-    robot: a model, or a `Subject`.
-    """
+    """Raises InputError where a problem does not fit a robot: a model, or a `Subject`."""
     n_p, n_q, points = robot.n_p, robot.n_q, robot.points
     require_points(problem, points)
     for j, span in enumerate(problem.all_spans):
@@ -355,9 +360,6 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     return lo, hi
 
 
-def _workspace(goal: HPolytope, obstacles, body, start) -> int:
-    """Dimension of the workspace: of obstacles, start, body or goal."""
-    if obstacles or start is not None:
-        return obstacles[0].n if obstacles else start.n
+def _of_polygons(body) -> int | None:
     polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
-    return polygons[0].vertices.shape[1] if polygons else goal.n
+    return polygons[0].vertices.shape[1] if polygons else None

@@ -97,6 +97,8 @@ class Uncertainty:
 def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
     """Half widths >= 0; one number alone is a tuple of one."""
     try:
+        if np.asarray(value).dtype == bool:
+            raise TypeError
         array = np.atleast_1d(np.asarray(value, np.float64))
     except (TypeError, ValueError):
         raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
@@ -116,9 +118,7 @@ def _fitted(name: str, widths: tuple[float, ...], n: int, meaning: str) -> np.nd
 
 
 def _by_name(read: Callable, listed: bool = False) -> Callable:
-    """A reader of ((parameter, value), ...), each parameter once, from a mapping, pairs or, if
-    `listed`, a list; values by `read`.
-    """
+    """A reader, values by `read`, of a mapping, pairs or, if `listed`, a list; each name once."""
 
     def valid(name: str, given) -> tuple:
         if isinstance(given, Mapping):
@@ -182,7 +182,8 @@ def _heading(name: str, value) -> float:
 
 
 def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
-    sets = [value] if isinstance(value, Box | HPolytope) else list(value)
+    one = isinstance(value, Box | HPolytope) or not np.iterable(value)
+    sets = [value] if one else list(value)
     of = "uncertainty of obstacle"
     return tuple(None if s is None else owned(s, f"{of} {i}") for i, s in enumerate(sets))
 

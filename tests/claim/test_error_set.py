@@ -57,6 +57,21 @@ def test_support_and_vertex_are_those_of_the_linear_program(n, seed):
         assert w @ vertex == pytest.approx(errors.support(w), abs=1e-12)
 
 
+@pytest.mark.soundness
+@pytest.mark.parametrize("alike", [True, False])
+def test_one_that_holds_two_reaches_as_far_as_either(alike):
+    """Of equal directions, or of a pair and one without claim, and of others by their axes."""
+    rng = np.random.default_rng(alike)
+    (u, *one), (v, *other) = random_template(rng, 2, 5), random_template(rng, 2, 5)
+    pair = template(u, *one), template(u if alike else v, *other)
+    wide, none = pair[0].wider(pair[1]), template(u, np.zeros(5), np.full(5, np.inf))
+    for w in directions_to_ask(rng, 2, u):
+        both = max(x.support(w) for x in pair)
+        assert both <= wide.support(w) <= (4.0 if alike else 8.0)
+        assert pair[0].wider(none).support(w) == np.inf
+    assert (ErrorBox(np.r_[1.0, 2]).wider(ErrorBox(np.r_[2.0, 1])).half == 2.0).all()
+
+
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_a_box_reaches_to_its_corners(n):
     rng = np.random.default_rng(n)

@@ -141,6 +141,23 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
         monitor(claim, other).observe(runs)
 
 
+def test_what_is_no_argument_of_a_monitor_is_refused(claim):
+    runs, watch = collect(plant(disturbed), KEY, 5, quiet=True), monitor(claim, NET)
+    for bet in (None, "a", np.nan, 2, -1, 0.0, np.array([True, False])):
+        with pytest.raises(InputError, match="bet: expected whether a run left the tube; got"):
+            watch.bet(bet)
+    assert watch.bet(np.bool_(True)).left == 1
+    for call, words in (
+        (lambda: monitor(NET, claim), "claim: expected ErrorClaim; got ReLUNetwork"),
+        (lambda: monitor(claim, None), "net: expected ReLUNetwork; got None"),
+        (lambda: watch.observe(None), "observe: expected RolloutBatch; got None"),
+        (lambda: update(claim, NET, None, runs), "update seen: expected RolloutBatch; got None"),
+        (lambda: update(claim, NET, runs, claim), "update fresh: expected RolloutBatch; got Err"),
+    ):
+        with pytest.raises(InputError, match=words):
+            call()
+
+
 def test_a_monitor_needs_a_rate(claim):
     assert monitor(claim, NET, share=0.25).rate == pytest.approx(0.08)
     for alpha in (0, 2.0, float("nan")):  # an alarm before the first run, or none ever

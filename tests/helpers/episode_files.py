@@ -146,6 +146,8 @@ def beyond(robot: Robot, one, other, passed, doubt, turn_one=None, turn_other=No
     last = first if knot == int(knot) else first + 1
     if knot >= robot.T:
         first = last = robot.T
+    held = {min(first, robot.T - 1)}  # a knot belongs to both its intervals
+    held |= {first - 1} if knot == first else set()
     cos, sin = turn_one or (F(1), F(0))
     next_cos, next_sin = turn_other or (F(1), F(0))
     found = []
@@ -157,11 +159,7 @@ def beyond(robot: Robot, one, other, passed, doubt, turn_one=None, turn_other=No
         way = sum(a * b for a, b in zip(e, off, strict=True))
         room = 2 * (doubt[0] + doubt[1]) + doubt[3] + doubt[2] * sum(map(abs, off))
         for i in range(robot.points):
-            here, there = [], [(way, F(0))]
-            for c in range(robot.copies):
-                for s in {first, last}:
-                    e_at = robot.widths[min(first, robot.T - 1)][i][c][axis]
-                    here.append((robot.at(s, i, c, k)[axis], e_at))
+            there = [(way, F(0))]
             if i > 0:
                 there = []
                 for c in range(robot.copies):
@@ -169,7 +167,13 @@ def beyond(robot: Robot, one, other, passed, doubt, turn_one=None, turn_other=No
                     half = robot.widths[0][i][c]
                     wide = sum(abs(a) * b for a, b in zip(f, half, strict=True))
                     there.append((way + at, wide))
-            highest, lowest = max(a + e for a, e in here), min(a - e for a, e in here)
             next_low, next_high = min(a - e for a, e in there), max(a + e for a, e in there)
-            found += [next_low - highest - room, lowest - next_high - room]
+            for t in held:
+                here = [
+                    (robot.at(s, i, c, k)[axis], robot.widths[t][i][c][axis])
+                    for c in range(robot.copies)
+                    for s in {first, last}
+                ]
+                highest, lowest = max(a + e for a, e in here), min(a - e for a, e in here)
+                found += [next_low - highest - room, lowest - next_high - room]
     return max(found)

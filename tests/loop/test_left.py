@@ -190,5 +190,24 @@ def test_a_long_drive_is_compared_at_its_records_as_well():
     path[far + 1 :] += np.outer(np.append(WAY[1:], np.ones(4)), done[1].k)
     assert not pj.drive.left_tube(done, path)
     beside = loop.step(np.zeros(2), [0.0], [], still, 0.25 * (far + 4.4)).committed
-    with pytest.raises(InputError, match="number 2 began at 300001 s"):
+    with pytest.raises(InputError, match=r"number 2 began at 300001\.1 s"):
         pj.drive.left_tube([*done, beside], path)
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.8, 1_795_720_000.3])
+def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it(begin):
+    """The wider one of them was asked alone: a pose beyond the other was told as inside."""
+    model = line_model(4, WIDE, rests=True)
+    dt, still = model.time.dt, lambda seen: np.abs(seen.k[:, 0])
+    for narrow, passed, left in ((1, 2, True), (2, 2, True), (0, 2, False), (1, 2.3, False)):
+        interval = np.full((1, 4, 2), 5 * WIDE)
+        interval[:, narrow] = WIDE
+        tube = pj.learning.tube(model.tube.edges, interval, model.tube.final)
+        loop = pj.drive.Loop(told(model, tube=tube), 0.05, leave=0.5, given=(1,), effort=PATIENT)
+        done = loop.step(np.zeros(2), [0.0], [], still, at=begin).committed
+        step = loop.step([0.0, 3 * WIDE], [0.0], [], still, at=begin + passed * dt)
+        assert step.left == left != step.new
+        if begin == 0.0 and passed == 2:
+            assert (
+                pj.drive.left_tube([done], np.array([[0.0, 0.0]] * 2 + [[0.0, 3 * WIDE]])) == left
+            )

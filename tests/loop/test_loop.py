@@ -17,6 +17,8 @@ from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop.candidates import even_candidates, outlook
 from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.error_set import faces
+from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Disc, Part
@@ -521,3 +523,83 @@ def test_a_manoeuvre_that_was_replaced_begins_no_episode(line):
         loop.restart()
     loop.restart(second)
     assert loop.under_way is second
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_on_an_edge_between_bins_all_that_is_committed_to_is_proved(fitted):
+    """One bin errs along x, the other along y: each was clear of a post, which no line parts from
+    both, and so was what was committed to; the checker rejected its file. [T28]
+    """
+    time, share = pj.learning.time_grid(0.25, 1.0, 0.25), np.array([0.5, 1.0, 1.0, 1.0])
+    ways = np.kron(share[:, None], np.eye(2))
+    net = pj.learning.relu_network([np.c_[np.zeros(8), ways]], [np.zeros(8)])
+    half = np.stack([np.tile([0.2, 0.01], (4, 1)), np.tile([0.01, 0.2], (4, 1))])
+    tube = pj.learning.tube([[-1, 0, 1], [-1, 1], [-1, 1]], half, half[:, -1])
+    if fitted:
+        sides = np.array([[1.0, 0.0], [0.0, 1.0], [0.8, 0.6], [-0.6, 0.8]])
+        around = np.abs(half[..., None, :] * sides).sum(axis=-1)[:, :, None]
+        shape = (2, 4, 1, 4, 2)
+        during = faces(np.broadcast_to(sides, shape), np.zeros(shape[:-1]), around)
+        at_end = faces(np.broadcast_to(np.eye(2), (2, 2, 2)), np.zeros((2, 2)), half[:, -1])
+        tube = fitted_tube(tube.edges, during, at_end)
+    claim = pj.learning.declared_claim(tube, "this test", net, time, given=(0,))
+    model = pj.learning.trajectory_model(net, claim)
+    loop = loop_of(model, body=0.0, given=(0,), candidates=[[0.0, 0.0], [0.3, -0.1]])
+    step = loop.step([0.0, 0.0], [0.0], [pj.box([0.05, 0.05], [1.0, 1.0])], forward)
+    assert not step.new
+    rng, new = np.random.default_rng(0), 0
+    for _ in range(30):
+        corners = rng.normal(size=(3, 2)) * 0.3 + rng.normal(size=2) * 0.4
+        step = afresh(loop, [0.0, 0.0], [0.0], pj.problem.convex_pieces(corners), forward)
+        new += step.new
+        assert not step.new or step.committed.proved()
+    assert 3 < new < 27
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"gone": 3}, "gone: expected a FreeSpace, or its `gone`; got 3"),
+        ({"least": "much"}, "least: expected numbers"),
+        ({"least": np.nan}, "least: expected finite numbers"),
+        ({"prefer": None}, "prefer: expected a function of an Outlook; got None"),
+        ({"prefer": lambda seen: np.zeros(len(seen.k)) * 1j}, "prefer: expected 256 numbers"),
+        ({"prefer": lambda seen: ["a"] * len(seen.k)}, "prefer: expected 256 numbers"),
+        ({"prefer": lambda seen: np.zeros(3)}, r"prefer: expected 256 numbers; got shape \(3,\)"),
+    ],
+)
+def test_what_is_no_argument_is_refused_at_once(line, wrong, words):
+    """Not in the step that has to stop."""
+    asked = {"obstacles": [WALL], "prefer": forward} | wrong
+    with pytest.raises(InputError, match=words):
+        loop_of(line).step([0.0, 0.0], [0.25], **asked)
+
+
+def test_all_of_a_free_space_may_be_told_as_gone(line):
+    pytest.importorskip("shapely")
+    free = pj.problem.free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    loop = loop_of(line)
+    loop.step([0.0, 0.0], [0.25], [WALL], forward, gone=free)
+    step = loop.step([0.0, 0.0], [9.0], [WALL], forward, gone=free)
+    assert not step.new and "given: expected" in step.reason
+
+
+def test_sentences_tell_the_numbers_apart_that_they_compare(line):
+    loop, begin = loop_of(line), 1_795_720_000.0
+
+    def why(given=0.0, obstacles=(WALL,), at=begin + 0.5, **more):
+        asked = [0.0, 0.0], [given], obstacles, lambda seen: np.abs(seen.k[:, 0]), at
+        return loop.step(*asked, **more).reason
+
+    assert why(at=begin) == ""
+
+    assert "after 1795720000 s, when" in (said := why(at=begin - 5)) and "got 1795719995 s" in said
+    assert "within K, -1 to 1; got 1.0000000000000002" in why(np.nextafter(1.0, 2.0))
+    obstacles, spans = pj.problem.moving(WALL, [0.1, 0.0], (0, 3), line.time.dt, at=begin + 1.5)
+    told_for = "1795720000.5 s of the clock; it was made for 1795720001.5 s"
+    assert told_for in why(obstacles=obstacles, spans=spans)
+    with pytest.raises(InputError, match=r"from 1795720000 s on, .* and 1795719900 s"):
+        pj.drive.reserved(loop.under_way, begin - 100.0, line.time)
+    for asked in ((None, begin, line.time), (loop.under_way, begin, None)):
+        with pytest.raises(InputError, match=r"reserved \w+: expected \w+; got None"):
+            pj.drive.reserved(*asked)

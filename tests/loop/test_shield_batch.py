@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from needs import need
+from toy_models import told
 
 import parc_jax as pj
 from parc_jax.common.backend import ACCELERATOR, CPU
@@ -16,6 +17,7 @@ from parc_jax.learning.bound.claim import derived
 need("gymnasium")
 from platform_env import HELD, Platform, PlatformSystem, platform_model, shielded  # noqa: E402
 
+WIDE = 0.05
 POSTS = ([[1.0, -0.1], [-9.0, 3.0]], [[0.55, -0.1], [0.1, 0.6]], [[9.0, 9.0], [-0.7, -0.7]])
 
 
@@ -32,10 +34,18 @@ def shield_of(model, radius=0.2, ask=jnp.nan_to_num):  # which hides what is not
     )
 
 
+def wider_later():
+    """The model with a tube that is wider after a command."""
+    model = platform_model()
+    interval, knot = model.tube.interval.copy(), round(HELD / model.time.dt)
+    interval[:, knot:] = WIDE
+    return told(model, tube=pj.learning.tube(model.tube.edges, interval, model.tube.final))
+
+
 @pytest.fixture(scope="module")
 def batch():
     """The shield, and its two functions, compiled."""
-    made = shield_of(platform_model())
+    made = shield_of(wider_later())
     return made, jax.jit(made.start), jax.jit(made.step)
 
 
@@ -90,6 +100,7 @@ def test_it_decides_as_the_shield_of_one_environment(kind, monkeypatch):
         ({"corner": 50.0}, 2),
         ({"corner": np.nan}, 2),
         ({"pose": 0.5}, 3),
+        ({"pose": 0.6 * WIDE}, 3),  # at a knot, which belongs to the interval before it, too
     ],
 )
 def test_what_is_wrong_in_one_environment_is_its_brake_alone(batch, wrong, reason):
@@ -187,7 +198,7 @@ def test_what_another_shield_has_under_way_is_refused(batch):
     """Of another model, robot or door: when it is traced, so that a compiled step pays nothing."""
     _, start, step = batch
     seen = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
-    model = platform_model()
+    model = wider_later()
     wider = model.replace(claim=derived(model.claim, law=replace(model.claim.law, k_law="other")))
     others = [shield_of(wider), shield_of(model, radius=0.3), shield_of(model, ask=jnp.tanh)]
     with jax.enable_x64(True):  # traced alone, for nothing has to be compiled to refuse it

@@ -12,7 +12,7 @@ import pytest
 import toy_query
 from toy_bodies import points_model, points_problem
 from toy_header import TUBES, toy_tables, write_toy
-from toy_models import model_of
+from toy_models import line_model, model_of
 
 import parc_jax as pj
 from benchmarks.compiled_header import Header
@@ -51,6 +51,18 @@ def compared(answer, path, spread: float = 0.1):
 @needs_compiler
 def test_a_header_says_what_python_says(tmp_path):
     said, known = compared(toy_query.answer(), tmp_path / "toy.h")
+    assert 1000 < known.sum() < N - 1000
+    np.testing.assert_array_equal(said, known)
+
+
+@needs_compiler
+def test_a_network_of_one_layer_compiles(tmp_path):
+    """There was room for hidden layers alone, and the compiler would not have the outputs."""
+    line = line_model(e=0.02)
+    goal, block = pj.box([0.4, -0.3, -9.0], [0.9, 0.3, 9.0]), pj.box([0.3, 0.35], [0.6, 0.6])
+    problem = pj.reach_avoid(goal, [block], 0.05, start=pj.box([-0.1, -0.1], [0.1, 0.1]))
+    answer = pj.Planner(line).solve(problem, jax.random.key(0), pj.Settings(proof=False))
+    said, known = compared(answer, tmp_path / "line.h")
     assert 1000 < known.sum() < N - 1000
     np.testing.assert_array_equal(said, known)
 

@@ -28,6 +28,7 @@ from parc_jax.safe_set.verdict.scene import scene_of
 GOAL = pj.box([1.4, -0.4, -9.0], [1.9, 0.4, 9.0])
 START = pj.box([-0.4, -0.4], [0.0, 0.4])
 BLOCKS = [pj.box([x, y], [x + 0.1, y + 0.1]) for x in (0.5, 0.9) for y in (-0.8, 0.1, 0.7)]
+WIDE = np.array([0.3, 0.3, 0.2])
 POLYGON = pj.hpolytope([[1.0, 0.3], [-1.0, 0.4], [0.0, -1.0], [0.1, 1.0]], [1.2, -1.0, 0.1, 0.3])
 
 
@@ -84,6 +85,24 @@ def test_what_is_dragged_is_the_set_moved_and_turned():
     assert dragged.problem.goal.contains(ends[None]).all()
 
 
+@pytest.mark.parametrize("heading", [3.0, 3.5, -3.5, 6.6])
+def test_a_heading_is_the_one_that_was_told_and_is_turned_on_from_there(heading):
+    """Within half a turn of 0 the goal, told around 3.5 rad, seemed out of reach."""
+    share = np.linspace(0, 1, 5)[1:]
+    W = np.zeros((9, 2))
+    W[0:8:2, 0], W[8, 1] = share, 1.0  # a way ahead, and a turn
+    tube = pj.learning.tube([[0, 1], [-0.5, 0.5]], np.full((1, 4, 2), 0.02), np.full((1, 3), 0.02))
+    time, net = pj.learning.time_grid(0.25, 1.0, 0.05), pj.learning.relu_network([W], [W[:, 0] * 0])
+    claim = pj.learning.declared_claim(tube, "this test", net, time, rotation=("turns",))
+    end = np.array([0.5 * np.cos(heading), 0.5 * np.sin(heading), heading])
+    goal = pj.box(end - WIDE, end + WIDE)
+    problem = pj.reach_avoid(goal, [pj.box([j, 3.0], [j + 0.5, 3.5]) for j in range(5)], 0.05)
+    page = Live(pj.learning.trajectory_model(net, claim), problem, [0.0, 0.0, heading])
+    assert page.at[2] == pytest.approx(heading, abs=1e-12) and len(page.draw().plans)
+    page.move("start", [0.0, 0.0], heading + 0.1)
+    assert page.at[2] == pytest.approx(heading + 0.1, abs=1e-12) and len(page.draw().plans)
+
+
 def test_edges_of_free_space_stay_where_they_are():
     """One that was dragged was an obstacle like others, with a start on either side of it."""
     need("shapely")
@@ -92,6 +111,8 @@ def test_edges_of_free_space_stay_where_they_are():
     among.warm_up()
     with pytest.raises(InputError, match="expected no edge of free space; obstacle 1 is one"):
         among.move("obstacle 1", [9.0, 9.0])
+    with pytest.raises(InputError, match=r"expected one of goal, .*; got 'obstacle 7'"):
+        among.move("obstacle 7", [9.0, 9.0])
     among.move("obstacle 0", [0.5, 1.0])
     assert len(among.draw().plans)
     among.move("start", [4.0, 0.0])

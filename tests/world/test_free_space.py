@@ -127,6 +127,8 @@ def test_the_pieces_close_in_exact_arithmetic(drives):
 
 def test_a_missing_piece_is_a_way_out():
     near = free_place(BODY, 5.0).near((0, 0), 1.5)
+    with pytest.raises(InputError, match="near most: expected a whole number"):
+        near.near((0, 0), 1.5, most="a")
     pieces = near.obstacles()
     assert len(pieces) == 4  # the sides of the square: nothing else is near
     for gone, (p, q) in enumerate(edges(near.region)):
@@ -156,6 +158,34 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
             query(pj.reach_avoid(goal, edges, 0.1, start), line).nominal()
     within = pj.reach_avoid(goal, edges, 0.1, pj.box([1.0, 0.0], [2.0, 1.0]))
     assert query(within, line).nominal().problem.obstacles
+
+
+SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+
+
+def test_a_start_is_inside_of_the_free_space_wherever_its_edges_truly_stand():
+    """All of it 1.5 m further along x: a robot in the middle of the region as told was safe."""
+    edges, off = free_place(SQUARE).obstacles(), pj.box([1.5, 0.0], [1.6, 0.0])
+    line, goal = line_model(4, 0.01, rests=True), pj.box([-5.0] * 3, [5.0] * 3)
+
+    def asked(error, place):
+        known = pj.Uncertainty(obstacles=error)
+        problem = pj.reach_avoid(goal, edges, 0.1, uncertainty=known)
+        return query(problem, line, [place, 0.0]).nominal()
+
+    with pytest.raises(InputError, match=r"free space .* the edges elsewhere than told"):
+        asked(off, 0.0)
+    assert asked(off, 1.5) and asked([off] * 4, 1.5)
+    around = pj.box([-0.1, 0.0], [0.2, 0.1])
+    assert asked(around, 0.0) and asked([around, None, pj.box([0.0] * 2, [1.6, 0.0]), None], 0.0)
+    with pytest.raises(InputError, match=r"errors of the edges .* may have at once"):
+        asked([off, None, off, off], 0.0)
+
+
+def test_an_edge_of_free_space_is_one_at_all_times():
+    edges = free_place(SQUARE).obstacles()
+    with pytest.raises(InputError, match=r"obstacle 3: expected none for an edge .* got \(0, 0\)"):
+        pj.reach_avoid(pj.box([1.0] * 2, [2.0] * 2), edges, 0.1, spans=[None] * 3 + [(0, 0)])
 
 
 def trailer_model(off=None):

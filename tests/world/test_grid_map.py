@@ -73,3 +73,5 @@ def test_a_place_off_the_map_is_refused(rng):
         a_map(rng).free_space((0.0, 0.0), 1.0)
     with pytest.raises(InputError, match="or neither"):
         a_map(rng).free_space((0.0, 0.0))
+    with pytest.raises(InputError, match="map reach: expected numbers"):
+        a_map(rng).free_space((0.0, 0.0), "a")

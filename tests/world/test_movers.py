@@ -144,6 +144,33 @@ def test_tracks_with_gaps_and_jumps_are_refused():
         pj.problem.see_mover([0.0, 0.3, 0.4], line[:3], STEP)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"until": np.nan}, "until: expected finite numbers"),
+        ({"until": np.inf}, "until: expected finite numbers"),
+        ({"every": 1.5}, "every: expected a whole number >= 1; got 1.5"),
+        ({"radius": "wide"}, "radius: expected numbers"),
+        ({"time": None}, "time: expected TimeGrid; got None"),
+        ({"until": 9.0}, "until within the manoeuvre, .*; got 0.4 and 9.0"),
+    ],
+)
+def test_what_is_no_argument_of_movers_is_refused(wrong, words):
+    with pytest.raises(pj.InputError, match=f"mover_obstacles.* {words}"):
+        pj.problem.mover_obstacles(
+            straight(), [mover(0.0)], **{"radius": 0.4, "time": ROBOT, "at": 0.0} | wrong
+        )
+
+
+def test_runs_of_movers_need_tracks_and_time_between_windows():
+    times = np.arange(0.0, 6.0, 0.1)
+    track = times, np.outer(times, [0.5, 0.0])
+    for tracks, every in (([], 0.5), ([track], 0.0), ([track], -1.0)):
+        of = names(len(tracks))
+        with pytest.raises(pj.InputError, match="expected tracks, one of every > 0 s and rng"):
+            pj.problem.mover_runs(tracks, GRID, of=of, step=STEP, most=1.5, every=every)
+
+
 @pytest.mark.parametrize("at", [-0.5, 7.0])
 def test_a_pose_from_the_future_or_by_another_clock_is_refused(at):
     with pytest.raises(pj.InputError, match="by one clock; this one was seen"):

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
+SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
@@ -47,16 +48,14 @@ class Begun(list):
 class Commitment:
     """One manoeuvre, safe over all of its time for every run inside the tube; that the robot rests
     at its end is assumed. [T38] Proved in float64 with the margin that covers rounding; `proved`
-    and `certificate` have the exact proof.
-
-    number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
-    measured at the start, and the command. clearance: [m] from everything, of every run inside the
-    tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
-    [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
-    its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
-    them, and files tell of the first.
-    episode: one list for all commitments of an episode of one loop, of the one under way. command:
-    when its command is given, in words, where that is not at its begin.
+    and `certificate` have the exact proof. number: from 0. begin, end: [s] of the loop's clock,
+    from its pose to its end. k (n_k,): values measured at the start, and the command. clearance:
+    [m] from everything, of every run inside the tube. judged: candidates that had a verdict. asked:
+    the nominal problem, from the pose. drift: [m] that was allowed for since the one before, as of
+    `Loop.step`. drifted: [m] all of that in its episode. seen_outside: [s] of the clock when a pose
+    was outside of its tube; the loop adds them, and files tell of the first. episode: one list for
+    all commitments of an episode of one loop, of the one under way. command: when its command is
+    given, in words, where that is not at its begin.
     """
 
     number: int
@@ -172,9 +171,7 @@ def copies_of(asked: NominalProblem) -> int:
 
 
 def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
-    """Raises InputError unless these are commitments of one episode of one loop, in their order,
-    at least one, and none left out in between.
-    """
+    """Raises InputError unless these follow each other, none left out, in one loop's episode."""
     if not np.iterable(commitments) or not commitments:
         raise InputError(f"{where}: expected at least one commitment; got {commitments!r:.60}.")
     for one, other in pairwise(commitments):
@@ -201,12 +198,11 @@ def left_tube(
 ) -> bool:
     """Test whether the robot left a tube in an episode, at any record of the executed part of a
     manoeuvre. A run that rounding might have put outside, or that is not finite, counts as left.
-
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
-    time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
-    The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
-    other goal states (q), which only `end` rests on. Raises InputError.
+    time between records of the model. heading (n,) [rad]: of a robot whose poses have one. The last
+    manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and other goal
+    states (q), which only `end` rests on. Raises InputError.
     """
     require_whole("left_tube", commitments)
     if (first := commitments[0].number) != 0:
@@ -229,13 +225,13 @@ def left_tube(
     heading = as_float64("left_tube: heading", heading, (len(path),))
     step, begin = model.time.dt_record, []
     for one in commitments:  # the record at which each began
-        exact = float(one.begin) / step
-        begin.append(round(exact))
-        if abs(exact - begin[-1]) > WHOLE or not 0 <= begin[-1] < len(path):
+        record = float(one.begin) / step
+        begin.append(round(record))
+        if abs(record - begin[-1]) > WHOLE or not 0 <= begin[-1] < len(path):
             raise InputError(
                 f"left_tube: expected manoeuvres that began at records of the path, every {step:g} "
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
-                f"{float(one.begin):g} s."
+                f"{exact(one.begin)} s."
             )
     k = np.stack([one.k for one in commitments])
     knots, q = trajectories(model.net, model.layout, k)
@@ -258,12 +254,11 @@ def left_tube(
 
 def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | None) -> float:
     """Distance [m] of a measured pose from the places that a manoeuvre may have led to by a time of
-    the clock, of the farthest reference point; 0 inside. [T38]
-
-    k (n_k,): with the parameters measured at the pose; its start places the other points. None
-    where they are not known: of the first point alone, which is where the pose is.
-    The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
-    heading shows in the other points alone, so it is ignored for a robot of one point.
+    the clock, of the farthest reference point; 0 inside. [T38] k (n_k,): with the parameters
+    measured at the pose; its start places the other points. None where they are not known: of the
+    first point alone, which is where the pose is. The places are a box around the tube, grown by
+    the uncertainty of both poses and ROUNDED. A heading shows in the other points alone, so it is
+    ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
     model, known = asked.model, asked.problem.uncertainty or Uncertainty()
@@ -279,7 +274,10 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     there = turned(pose.place - begun.place, heading) + around
     at_start = tube.interval[tube.bins_of(k[None])[0], 0].max(axis=0)
     at_start[:n_p] = 0.0  # of the first point, which is where the pose is
-    allowed = tube.interval[tube.bins_of(last.k[None])[0], before].max(axis=0) + at_start
+    # a knot belongs to both its intervals, and a run in the tube is within the narrower one there
+    near = float(SAME) / model.time.dt
+    both = [min(int(max(passed + off, 0)), steps - 1) for off in (-near, near)]
+    allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
     allowed = allowed.reshape(-1, n_p) + ROUNDED
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]

@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from numbers import Integral, Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, real
 from parc_jax.common.errors import InputError
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.spelling import exact
 from parc_jax.drive.loop.candidates import (
     Outlook,
     Thinking,
@@ -43,6 +44,8 @@ from parc_jax.safe_set.corridors.first import preferred
 if TYPE_CHECKING:
     import shapely
 
+    from parc_jax.problem.world.free_space import FreeSpace
+
 AT_ONCE = 64  # candidates judged in one compiled call, between readings of the clock
 AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
@@ -51,13 +54,11 @@ Prefer = Callable[[Outlook], np.ndarray]
 
 @dataclass(frozen=True)
 class Effort:
-    """The work of one step of a loop.
-
-    candidates: drawn once, evenly over the chosen parameters. judged: most of these per step, the
-    best first. looks: most tests of a pair of an obstacle and a part, which are nearly all of the
-    work; no further candidate is judged after as many. room: [m] preferred clearance: of the first
-    few safe candidates the cheapest with as much is taken, else the one with most.
-    deadline: [s] of the clock for a step; nothing is committed to after it.
+    """The work of one step of a loop. candidates: drawn once, evenly over the chosen parameters.
+    judged: most of these per step, the best first. looks: most tests of a pair of an obstacle and a
+    part, which are nearly all of the work; no further candidate is judged after as many. room: [m]
+    preferred clearance: of the first few safe candidates the cheapest with as much is taken, else
+    the one with most. deadline: [s] of the clock for a step; nothing is committed to after it.
     """
 
     candidates: int = 1024
@@ -79,24 +80,21 @@ class Effort:
 
 class Loop:
     """A robot that drives by one model. Made once, which compiles; `step` is called repeatedly.
-
-    model: its manoeuvres contain their stop: at the end of each the robot rests, and stays.
-    body: as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which
-    the next one may begin. given: parameters of k measured at the start, names or indices; by
-    default those that the system declares, the only choice where the claim rests on runs.
-    uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
-    points and q seen from the start with the measured heading, for every heading in its
-    uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
-    `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
-    None where that begins at the very moment of measuring, as in a simulation. clock: [s] from
-    which deadlines count, `time.perf_counter` by default; one that stands still where a simulation
-    waits.
-    Raises InputError for arguments that do not fit the model, for one that does not rest at its end
-    (`require_rest`), and for a time to leave at which no run of its claim was left.
-
-    A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
-    begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre
-    continues to its stop, with a sentence by how far, until `restart` begins another episode.
+    model: its manoeuvres contain their stop: at the end of each the robot rests, and stays. body:
+    as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which the
+    next one may begin. given: parameters of k measured at the start, names or indices; by default
+    those that the system declares, the only choice where the claim rests on runs. uncertainty: of
+    start and heading, equal at every step. end: set of admissible ends, over all points and q seen
+    from the start with the measured heading, for every heading in its uncertainty; None for all.
+    candidates (b, chosen parameters): to judge at every step; by default `effort.candidates`, even
+    over K. thinking: every run of the model waits for the next command; None where that begins at
+    the very moment of measuring, as in a simulation. clock: [s] from which deadlines count,
+    `time.perf_counter` by default; one that stands still where a simulation waits. Raises
+    InputError for arguments that do not fit the model, for one that does not rest at its end
+    (`require_rest`), and for a time to leave at which no run of its claim was left. A pose outside
+    of the tube of the manoeuvre under way, by more than its uncertainty and drift, begins nothing:
+    a tube was left, a command came late, or the pose is wrong. The manoeuvre continues to its stop,
+    with a sentence by how far, until `restart` begins another episode.
     """
 
     __passing__ = ("_episode", "_last", "under_way", "_before")  # of an episode, not of the loop
@@ -137,8 +135,9 @@ class Loop:
             # else a step could end, or the next one begin, before its command
             if not self.effort.deadline <= seconds <= left:
                 raise InputError(
-                    f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time "
-                    f"to leave no earlier; got {self.effort.deadline:g} s and {left:g} s."
+                    f"Loop: expected a deadline within the {exact(seconds)} s of thinking, and a "
+                    f"time to leave no earlier; got {exact(self.effort.deadline)} s and "
+                    f"{exact(left)} s."
                 )
         self.candidates = even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
@@ -164,7 +163,7 @@ class Loop:
         measured: float | None = None,
         spans: Sequence | None = None,
         drift: float = 0.0,
-        gone: "shapely.Geometry | None" = None,
+        gone: "FreeSpace | shapely.Geometry | None" = None,
         least: float = 0.0,
         explain: bool = True,
         goal: HPolytope | None = None,
@@ -181,14 +180,17 @@ class Loop:
         of `moving`, all of whose parts are needed; None for always. After the manoeuvre's rest
         nothing is claimed of them: they may run into a robot that rests [T38]. drift: [m] by which
         the pose may be off against that at which the manoeuvre under way began, beside the
-        uncertainty of both. gone: as of `FreeSpace.gone`, for the sentence. least: [m] of clearance
-        without which nothing is committed to. explain: say what the nearest candidate lacks where
-        none is safe, which takes longer than the verdicts. goal: set in the world in which this
-        manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading is counted
-        on from that of the pose, which is within half a turn of 0. Wrong measurements end in the
-        manoeuvre under way, with a sentence.
+        uncertainty of both. gone: a FreeSpace, or its `gone`, for the sentence. least: [m] of
+        clearance without which nothing is committed to. explain: say what the nearest candidate
+        lacks where none is safe, which takes longer than the verdicts. goal: set in the world in
+        which this manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading
+        is counted on from that of the pose, which is within half a turn of 0. Wrong measurements
+        end in the manoeuvre under way, with a sentence.
         """
-        begin, stop = self._clock(), partial(self.go_on, gone=gone, drift=drift)
+        begin, stop = self._clock(), partial(self.go_on, gone=_region(gone), drift=drift)
+        least = float(as_float64("least", least, ()))
+        if not callable(prefer):
+            raise InputError(f"prefer: expected a function of an Outlook; got {prefer!r:.60}.")
         try:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
@@ -202,7 +204,11 @@ class Loop:
         except InputError as error:
             return stop(str(error).rstrip("."), pose=pose, at=at)
         k.setflags(write=False)  # `prefer` sees what is measured, and what is committed to
-        cost = np.asarray(prefer(outlook(self.model, here, k, self._leaving.intervals)), float)
+        said = prefer(outlook(self.model, here, k, self._leaving.intervals))
+        try:
+            cost = np.asarray(real(said), float)
+        except (TypeError, ValueError):
+            raise InputError(f"prefer: expected {len(k)} numbers; got {said!r:.60}.") from None
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
         order = np.argsort(cost, kind="stable")
@@ -270,7 +276,7 @@ class Loop:
     def go_on(
         self,
         reason: str,
-        gone: "shapely.Geometry | None" = None,
+        gone: "FreeSpace | shapely.Geometry | None" = None,
         pose: ArrayLike | None = None,
         at: float | None = None,
         drift: float = 0.0,
@@ -280,7 +286,7 @@ class Loop:
         manoeuvre may lead there. pose, at, drift: as of `step`, where they are known: its first
         reference point is looked for in the tube, and one that is outside is said first.
         """
-        left = "" if pose is None else self._left(pose, at, drift)
+        left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
         reason = "; ".join(filter(None, [left, reason]))
         try:
             off = float(as_float64("drift", drift, ()))
@@ -309,17 +315,15 @@ class Loop:
         return here._replace(heading=math.remainder(here.heading, 2 * math.pi))
 
     def _time(self, at: float | None, begins: bool = False) -> Fraction:
-        """[s] of the clock, exact, after the manoeuvre under way began. begins: another may begin
-        then. Raises InputError.
-        """
+        """[s], exact, after what is under way began. begins: another may. Raises InputError."""
         last = self.under_way
         if at is None:
             return Fraction(0) if last is None else last.begin + self.leave_after
         now = Fraction(float(as_float64("at", at, ())))
         if last is not None and now <= last.begin:
             raise InputError(
-                f"at: expected a time after {float(last.begin):g} s, when the manoeuvre under way "
-                f"began; got {at:g} s. Another episode begins with `restart`."
+                f"at: expected a time after {exact(last.begin)} s, when the manoeuvre under way "
+                f"began; got {exact(now)} s. Another episode begins with `restart`."
             )
         if last is not None and begins:
             self._leaving.require(now - last.begin, "at")
@@ -337,18 +341,16 @@ class Loop:
         return values[list(self.given)]
 
     def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float) -> None:
-        """Raises LeftTube for a pose to which the manoeuvre under way cannot have led. k: as of
-        `outside_tube`. [T38]
-        """
+        """Raises LeftTube for a pose beyond the tube under way. k: as of `outside_tube`. [T38]"""
         last = self.under_way
         drift = float(as_float64("drift", drift, ()))
         if not drift >= 0:
-            raise InputError(f"drift: expected 0 m or more; got {drift:g}.")
+            raise InputError(f"drift: expected 0 m or more; got {exact(drift)}.")
         if last is None:
             return
         if last.seen_outside:
             raise LeftTube(
-                f"at: by {float(last.seen_outside[0]):g} s a pose was beyond what tube, "
+                f"at: by {exact(last.seen_outside[0])} s a pose was beyond what tube, "
                 "uncertainty and drift of the manoeuvre under way allow. At rest, begin again with "
                 "`restart`."
             )
@@ -361,7 +363,7 @@ class Loop:
         if outside_tube(*earlier, k) <= drift:
             late = ", and where it would be had the last command come late or never: see thinking"
         raise LeftTube(
-            f"at: expected a pose to which the manoeuvre under way may have led by {float(at):g} "
+            f"at: expected a pose to which the manoeuvre under way may have led by {exact(at)} "
             f"s; this one is {outside - drift:.3g} m beyond what tube, uncertainty and drift allow"
             f"{late}. At rest, begin again with `restart`."
         )
@@ -375,8 +377,17 @@ class Loop:
             i = int(np.argmax(outside))
             name = name_of(self.model.labels.k[self.given[i]])
             raise InputError(
-                f"given: expected {name} within K, {lo[i]:g} to {hi[i]:g}; got {values[i]:g}."
+                f"given: expected {name} within K, {exact(lo[i])} to {exact(hi[i])}; got "
+                f"{exact(values[i])}."
             )
         k = self.candidates.copy()
         k[:, list(self.given)] = values
         return k
+
+
+def _region(gone: Any) -> "shapely.Geometry | None":
+    """What is gone of a free space. Raises InputError at once, not when a loop has to stop."""
+    gone = getattr(gone, "gone", gone)
+    if gone is not None and not hasattr(gone, "is_empty"):
+        raise InputError(f"gone: expected a FreeSpace, or its `gone`; got {gone!r:.60}.")
+    return gone

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.hpolytope import HPolytope
+from parc_jax.common.spelling import exact
 from parc_jax.drive.loop.commitment import Commitment, require_shared
 from parc_jax.learning.system import TimeGrid
 from parc_jax.problem.problem import SAME, Span
@@ -22,18 +23,18 @@ def reserved(
 ) -> tuple[list[HPolytope], list[Span]]:
     """The places of a robot from a moment on, by its manoeuvre under way: its stop and where it
     rests for ever are among them. Obstacles and spans for `Loop.step` of another robot; the last
-    one has all places from its span on, however long: the other then rests.
-
-    commitment: of the robot that is in the way. at: [s] of the clock that both share, when the pose
-    of the other is measured; not before the manoeuvre began. time: grid of the other's model.
-    every: intervals of it per obstacle; more makes fewer and larger ones.
-    Raises InputError.
+    one has all places from its span on, however long: the other then rests. commitment: of the
+    robot that is in the way. at: [s] of the clock that both share, when the pose of the other is
+    measured; not before the manoeuvre began. time: grid of the other's model. every: intervals of
+    it per obstacle; more makes fewer and larger ones. Raises InputError.
     """
+    check_kind("reserved commitment", commitment, Commitment)
+    check_kind("reserved time", time, TimeGrid)
     age = Fraction(float(as_float64("at", at, ()))) - commitment.begin
     if age < -SAME or not isinstance(every, int | np.integer) or every < 1:
         raise InputError(
-            f"reserved: expected every >= 1, and a moment from {float(commitment.begin):g} s on, "
-            f"when the manoeuvre began; got {every!r} and {float(age + commitment.begin):g} s. Of "
+            f"reserved: expected every >= 1, and a moment from {exact(commitment.begin)} s on, "
+            f"when the manoeuvre began; got {every!r} and {exact(age + commitment.begin)} s. Of "
             "two robots the one that is measured later decides later."
         )
     if not commitment.under_way:
@@ -43,9 +44,9 @@ def reserved(
             "this is a copy, of which nothing is known."
         )
     if commitment.seen_outside:
-        since = float(commitment.seen_outside[0])
+        since = exact(commitment.seen_outside[0])
         raise InputError(
-            f"reserved: expected a robot inside of its tube; at {since:g} s it was seen outside: "
+            f"reserved: expected a robot inside of its tube; at {since} s it was seen outside: "
             "nobody knows where it goes. Stop until it has begun again."
         )
     require_shared("reserved", commitment.drifted)

@@ -11,6 +11,7 @@ from parc_jax.common.arrays import once, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.spelling import exact
 from parc_jax.drive.loop.candidates import AT_ONCE
 from parc_jax.drive.loop.commitment import require_shared
 from parc_jax.learning.model import TrajectoryModel
@@ -29,9 +30,7 @@ CORNERS = 8  # of an obstacle in the plane: scenes are padded to as many, so non
 
 
 class Scenes:
-    """Makes scenes of one model and body. end, uncertainty: as in `Loop`. Raises InputError where
-    they do not fit the model.
-    """
+    """Scenes of one model and body. end, uncertainty: of `Loop`; refused where they do not fit."""
 
     def __init__(
         self,
@@ -62,9 +61,7 @@ class Scenes:
         at: Fraction = Fraction(0),
         drifted: float = 0.0,
     ) -> Scene:
-        """The scene at a pose that was measured at [s] of the clock. spans, goal: as of
-        `Loop.step`. drifted: [m] as of a commitment. Raises InputError.
-        """
+        """The scene at a pose of a moment [s]; the rest as of `Loop.step`. Raises InputError."""
         # given parameters are exact at every step: they come with the candidates
         uncertainty = replace(self.uncertainty, given={axis: FREE for axis in self.model.given})
         # a goal of one row, a placeholder until the problem is in the robot's frame
@@ -113,11 +110,11 @@ class Scenes:
 def _require_now(name: str, span: Span, at: Fraction) -> None:
     """Raises InputError for what was made for another moment, or is of what nobody drives now."""
     if span.at is None or not abs(span.at - float(at)) <= SAME:
-        fault = "says none" if span.at is None else f"was made for {span.at:g} s"
+        fault = "says none" if span.at is None else f"was made for {exact(span.at)} s"
     elif not (fault := span.void):
         return
     raise InputError(
-        f"{name}: expected one for the moment of this pose, {float(at):g} s of the clock; it "
+        f"{name}: expected one for the moment of this pose, {exact(at)} s of the clock; it "
         f"{fault}. Make it anew at every step, with `at`, when all others have decided."
     )
 

@@ -60,12 +60,10 @@ GUARDS = """#include <float.h>
 
 def write_c(answer: Answer, path, name: str | None = None) -> Path:
     """Write an answer's corridors as a C99 header without dependencies; it appears complete or not
-    at all.
-
-    name: prefix of its functions; default: the name of the file. A plan that the header calls safe
-    satisfies one of the answer's corridors, tested in float64 with the margins of the answer
-    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where these margins would
-    not pay for all rounding.
+    at all. name: prefix of its functions; default: the name of the file. A plan that the header
+    calls safe satisfies one of the answer's corridors, tested in float64 with the margins of the
+    answer [T10, T11], and every such plan is safe [T27]. Raises InputError, also where these
+    margins would not pay for all rounding.
     """
     path = Path(path)
     name = path.stem if name is None else name
@@ -101,7 +99,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
 
 def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
     model = answer.model
-    boxes = isinstance(table.errors, ErrorBox)
+    boxes, biases = isinstance(table.errors, ErrorBox), model.net.biases
     return {
         "N_P": model.n_p,
         "N_C": model.n_c,
@@ -109,7 +107,8 @@ def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
         "N_K": model.n_k,
         "N_STEPS": model.time.n_steps,
         "N_LAYERS": len(model.net.weights),
-        "WIDEST": max(model.n_k, *(len(b) for b in model.net.biases[:-1]), 1),
+        # of one layer alone a compiler sees that its outputs would not fit, were they hidden
+        "WIDEST": max(model.n_k, *(len(b) for b in biases[:-1] or biases), 1),
         "N_CORRIDORS": len(table.probes),
         "N_PROBES": table.probes.shape[1],
         "N_PART": table.pair_points.shape[1],

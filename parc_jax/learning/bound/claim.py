@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, hex_text, listed, nearest_floats, plain, rounded_up
@@ -290,6 +290,8 @@ def check_claim(claim: ErrorClaim) -> None:
 
 def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
     """Refuse another network than the claim's. Raises InputError."""
+    check_kind("claim", claim, ErrorClaim)
+    check_kind("net", net, ReLUNetwork)
     if claim.network != net.hash:
         raise InputError(
             f"claim: expected the network its claim was measured on ({claim.network[:12]}); got "

@@ -40,7 +40,6 @@ RECORDED_IDS = "tested"  # evidence of a claim of tests by recordings: the runs 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
     """Bound, rounded up, on P(more than eps of new runs leave) after n runs with discards. [T2]
-
     sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
     """
     if n <= discard:
@@ -124,11 +123,10 @@ def most_discards(n: int, eps: float, delta: float) -> int:
 
 def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
     """Discards for a holdout of n independent runs, from the largest errors (m,) of runs that have
-    no part in it, infinite for failed ones.
-
-    They are taken where eps times the width that the tube then needs is least: a tube half as wide
-    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, or as many more as fail:
-    a failed run makes a tube infinite.
+    no part in it, infinite for failed ones. They are taken where eps times the width that the tube
+    then needs is least: a tube half as wide is worth twice the eps. At most MOST_SHARE of the
+    holdout is discarded, and more only where no fewer surely leave a finite tube: as many fail, or
+    m is so small that as many might.
     """
     best, least = 0, math.inf
     for discard in range(n):
@@ -141,9 +139,7 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
 
 
 def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
-    """The least of the sizes (m,) that all but `discard` of n runs like these keep below, with
-    probability SURE; infinite for none.
-    """
+    """Least of sizes (m,) that all but `discard` of n runs keep below, SURE; infinite for none."""
     # one more run than observed may be beyond each size: a first failure among the n must not end
     # all plans
     from scipy.special import bdtr

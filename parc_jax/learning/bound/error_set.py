@@ -36,9 +36,7 @@ class ErrorBox:
         return _total(_product(abs(w), half))
 
     def support_by_axis(self, w: Sequence[ArrayLike]):
-        """`support` of many directions, given as a tuple of n arrays, one per axis, which broadcast
-        against the leading axes.
-        """
+        """`support` of many directions: a tuple of n arrays that broadcast with leading axes."""
         # axis by axis no array is read with a stride
         along = [_product(abs(x), self.half[..., i]) for i, x in enumerate(w)]
         return sum(along[1:], along[0])
@@ -48,14 +46,17 @@ class ErrorBox:
         half, w = _same_rank(_finite(self.half), w)
         return _namespace(half, w).where(w >= 0, half, -half)
 
+    def wider(self, other: "ErrorBox") -> "ErrorBox":
+        """One that holds both."""
+        return ErrorBox(_namespace(self.half, other.half).maximum(self.half, other.half))
+
 
 @struct.dataclass
 class ErrorTemplate:
     """Errors between pairs of parallel faces, by basis. Build with `template`. Kernels; the leading
-    axes broadcast against those of w.
-
-    dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over the n directions of a basis.
-    centre, half (..., B, n): of those directions; a basis that is left out is infinitely wide.
+    axes broadcast against those of w. dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over
+    the n directions of a basis. centre, half (..., B, n): of those directions; a basis that is left
+    out is infinitely wide.
     """
 
     dual: np.ndarray
@@ -63,7 +64,7 @@ class ErrorTemplate:
     half: np.ndarray
 
     def support(self, w: Float[ArrayLike, "*b n"]):
-        """(...) largest w . e. Infinite without claim, but for w = 0."""
+        """As of a box."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
 
@@ -108,6 +109,18 @@ class ErrorTemplate:
         chosen = xp.where(tied, _total(turned * faces), xp.inf).argmin(axis=-1)
         corners = _total(xp.swapaxes(dual, -1, -2) * faces[..., None, :])
         return xp.take_along_axis(corners, chosen[..., None, None], axis=-2)[..., 0, :]
+
+    def wider(self, other: "ErrorTemplate") -> "ErrorTemplate":
+        """One that holds both: between the farthest faces, of bases that both have, as the axes."""
+        xp = _namespace(self.half, other.half)
+        same = (self.dual == other.dual).all(axis=(-2, -1))[..., None]
+        known = same & xp.isfinite(self.half) & xp.isfinite(other.half)
+        ours, theirs = _finite(self.half), _finite(other.half)
+        lo = xp.minimum(self.centre - ours, other.centre - theirs)
+        hi = xp.maximum(self.centre + ours, other.centre + theirs)
+        half = (hi - lo) / 2 + (_UP - 1) * (abs(lo) + abs(hi))
+        centre = xp.where(known, (lo + hi) / 2, 0.0)
+        return ErrorTemplate(self.dual, centre, xp.where(known, half, xp.inf))
 
     def _same_rank(self, w: Float[ArrayLike, "*b n"]):
         """dual, centre, half and w (..., 1, 1, n) for operations between them."""
@@ -265,16 +278,12 @@ class Faces:
         return np.concatenate([size, across], axis=-1)
 
     def with_half(self, half: np.ndarray) -> "Faces":
-        """The same faces with half widths rounded up to short fractions, so that centre and half
-        add up without rounding. Raises InputError.
-        """
+        """Half widths rounded up, so that they add to the centre exactly. Raises InputError."""
         whole = np.ceil(np.ldexp(half, HALF_BITS))
         return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
 
     def times(self, factor: float) -> "Faces":
-        """The set, with zero, times a factor; rounded outward to short fractions, so that sets are
-        nested as their factors are.
-        """
+        """The set, with zero, times a factor; rounded outward, nested as their factors are."""
         low = np.floor(np.ldexp(factor * np.minimum(self.centre - self.half, 0.0), CENTRE_BITS))
         high = np.ceil(np.ldexp(factor * np.maximum(self.centre + self.half, 0.0), CENTRE_BITS))
         both = np.add(low, high, out=np.zeros(low.shape), where=np.isfinite(self.half))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from parc_jax.common.arrays import in_chunks
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
@@ -34,15 +34,13 @@ _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one h
 @dataclass(frozen=True, eq=False)
 class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
-
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
     a true claim. declared: the law of k that the caller declared, in words. ids, marks, groups,
     spans: of the observed runs by content and by k, their recordings, and their files with the
-    first and the last row of each.
-    missing: rows of these files, by file, that were not observed, among which those that failed may
-    be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
-    the observed runs, in words. logs: whether any are of a log.
+    first and the last row of each. missing: rows of these files, by file, that were not observed,
+    among which those that failed may be. failed: of them, those that `closed` counted. lost: of the
+    runs, those made again. laws: of the observed runs, in words. logs: whether any are of a log.
     """
 
     claim: ErrorClaim
@@ -158,6 +156,7 @@ class Monitor:
         observed before), for another unit or law of k than the claim's, and for records that refute
         its bound on motion. Not seen: k without names in another order than the claim's.
         """
+        check_kind("observe", batch, RolloutBatch)
         left = ~inside_tube(self.claim, self.net, batch)
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
         claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
@@ -182,7 +181,9 @@ class Monitor:
         return state
 
     def bet(self, outside: bool) -> "Monitor":
-        """The monitor after one run that stayed inside or left the tube."""
+        """The monitor after one run that stayed inside or left the tube. Raises InputError."""
+        if not isinstance(outside, bool | np.bool_):
+            raise InputError(f"bet: expected whether a run left the tube; got {outside!r:.60}.")
         if outside:
             gain = np.log(self.bets / self.rate)
         else:
@@ -194,11 +195,9 @@ class Monitor:
 
 def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> Monitor:
     """A fresh monitor of a claim. law: of the driven k, as in `ErrorClaim.risk`; by default that of
-    the claim's runs.
-
-    Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
-    supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
-    Raises InputError when the claim has no rate.
+    the claim's runs. Each bet is a likelihood ratio of a fixed larger rate against the claimed one:
+    its wealth is a supermartingale whenever every run, given the past, leaves the tube with
+    probability <= rate. Raises InputError when the claim has no rate.
     """
     check_network(claim, net)
     alpha = float(as_probability("alpha", alpha))
@@ -324,6 +323,8 @@ def update(
     Raises InputError, also when a fresh run was seen before, by training or by the old claim.
     """
     check_network(claim, net)
+    for name, runs in (("seen", seen), ("fresh", fresh)):
+        check_kind(f"update {name}", runs, RolloutBatch)
     claim.subject.agree("update: runs of the robot of the claim", fresh.subject, ("K", *STATED))
     if claim.kind == VALIDATED:
         raise InputError(

@@ -51,11 +51,9 @@ Cache = dict[tuple, TrajectoryModel]
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A problem for a model, in the world frame. Made by `query`.
-
-    problem: with its uncertainty and its start set.
-    model: network and error bound.
-    pose: of the robot; None for plans from any start.
+    """A problem for a model, in the world frame. Made by `query`. problem: with its uncertainty and
+    its start set. model: network and error bound. pose: of the robot; None for plans from any
+    start.
     """
 
     problem: Problem
@@ -63,10 +61,7 @@ class Query:
     pose: Pose | None = None
 
     def of(self, model: TrajectoryModel) -> "Query":
-        """The same query of another model.
-
-        Raises InputError if the pose has a heading and the model's system declares no rotation.
-        """
+        """The same of another model. Raises InputError for a heading without declared rotation."""
         if self.pose is not None and self.pose.heading is not None:
             require_rotation(model, "at")
         return replace(self, model=model)
@@ -141,15 +136,12 @@ class Query:
 
 @dataclass(frozen=True, eq=False)
 class NominalProblem:
-    """A problem without uncertainty and its model; `Scene` holds its arrays.
-
-    problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
-        heading.
-    model: with the points, the network and the tube of all vertex realisations.
-    uncertainty: uncertainty that its safe plans are robust to, None for none.
-    at: (n_p,) [m] the one start of its plans, None for any.
-    pose: the pose behind it.
-    query: the query behind it; None where a file has the nominal problem alone.
+    """A problem without uncertainty and its model; `Scene` holds its arrays. problem: grown
+    obstacles, shrunken goal and start set; in the robot frame if the pose has a heading. model:
+    with the points, the network and the tube of all vertex realisations. uncertainty: uncertainty
+    that its safe plans are robust to, None for none. at: (n_p,) [m] the one start of its plans,
+    None for any. pose: the pose behind it. query: the query behind it; None where a file has the
+    nominal problem alone.
     """
 
     problem: Problem
@@ -163,11 +155,18 @@ class NominalProblem:
 def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -> None:
     """Raises InputError unless every part of the body begins, from every start, in the free space
     of which obstacles are edges. No verdict lets a part touch an edge, wherever in its tube and its
-    uncertainty it is, so one place of it, of those that its tube allows, tells of all. [T41]
+    uncertainty it is, so one place of it, of those that its tube allows, tells of all, and one
+    error of the edges, of those that all of them may have. [T41]
     """
-    edges = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
+    edges: dict[int, tuple[Edge, dict]] = {}
+    known = problem.uncertainty or Uncertainty()
+    errors = known.of_obstacles(len(problem.obstacles))
+    for one, by in zip(problem.obstacles, errors, strict=True):
+        if isinstance(one, Edge):
+            edges.setdefault(id(one.region), (one, {}))[1][id(by)] = by
     if not edges:
         return
+    regions = [(edge, _common_error(list(sets.values()))) for edge, sets in edges.values()]
     starts = np.array([[-np.inf, np.inf]] * 2).T
     heading = 0.0 if pose is None else pose.heading or 0.0
     if pose is not None:
@@ -183,13 +182,32 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
         places = starts[:, None] + corners @ np.array([[cosine, sine], [-sine, cosine]])
         if not isinstance(part.shape, Disc):
             places = places + part.shape.vertices.mean(axis=0)
-        if not all(edge.holds(places.reshape(-1, 2)) for edge in edges.values()):
+        if not all(edge.holds(places.reshape(-1, 2) - off) for edge, off in regions):
             x, y = places[0, 0]
+            off = any(off.any() for _, off in regions)
             raise InputError(
                 "obstacles: expected a start inside the free space whose edges they are, of "
-                f"every part of the body; part {i} may begin at ({x:.3f}, {y:.3f}) or further. "
+                f"every part of the body; part {i} may begin at ({x:.3f}, {y:.3f}) or further"
+                f"{', and the edges elsewhere than told, by their uncertainty' * off}. "
                 "Take edges of free space around every start, or say where it is: at."
             )
+
+
+def _common_error(sets: list[HPolytope | None]) -> np.ndarray:
+    """(2,) an error that all edges of a region may have, of their error sets. Raises InputError."""
+    one = next(iter(filter(None, sets)), None)
+    corners = [] if one is None else rational_vertices(one, "uncertainty of obstacles")
+    middle = np.array([float(sum(x) / len(corners)) for x in zip(*corners, strict=True)] or [0, 0])
+    if len(sets) == 1:
+        return middle
+    for off in (np.zeros(2), middle):
+        if all(not off.any() if s is None else s.contains(off) for s in sets):
+            return off
+    raise InputError(
+        "uncertainty of obstacles: expected errors of the edges of a free space that all of them "
+        "may have at once; got sets with none in common. Else its outline is torn: give one set "
+        "for all of them."
+    )
 
 
 def _at_start(model: TrajectoryModel) -> np.ndarray:
@@ -211,10 +229,8 @@ def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
 def nominal_problems(
     problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
 ) -> tuple[list[Problem], TrajectoryModel]:
-    """The nominal problems of a batch, and the one robust model that they share.
-
-    cache: as of `Query.nominal`.
-    Raises InputError where their uncertainties ask for different models.
+    """The nominal problems of a batch, and the one robust model that they share. cache: as of
+    `Query.nominal`. Raises InputError where their uncertainties ask for different models.
     """
     nominal = []
     for row, problem in enumerate(problems):
@@ -273,9 +289,7 @@ def robust_scene(
 def _shrunken_goal(
     goal: HPolytope, layout: Layout, start: np.ndarray, off: np.ndarray
 ) -> HPolytope:
-    """The goal that is met from every start, wherever it truly is. start, off: half widths of the
-    start, and of the goal's error.
-    """
+    """The goal met from every start, wherever it is. start, off: half widths of both errors."""
     # all points move equally with the start, and with the goal: of a row only their sum counts
     if not (start.any() or off.any()):
         return goal

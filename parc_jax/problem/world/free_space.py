@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import counted
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
@@ -22,16 +23,11 @@ SPLIT = 3  # parts of a gap, so that one of any angle is inside of chords
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Beams of one scan; none (`STANDS`) of a place where the body stands.
-
-    place: (2,) [m] of the sensor.
-    angles: (n,) [rad] of the beams in the frame of the place, increasing.
-    reach: (n,) [m] up to which both gaps beside a beam are free.
-    ends: (n,) [m] ranges of hits, infinite without a hit.
-    off: (n,) [m] bound of the error of a hit.
-    grown: [m] bound of the error of the place.
-    more: bound of the error of a direction, in beams.
-    closed: the last beam is the first.
+    """Beams of one scan; none (`STANDS`) of a place where the body stands. place: (2,) [m] of the
+    sensor. angles: (n,) [rad] of the beams in the frame of the place, increasing. reach: (n,) [m]
+    up to which both gaps beside a beam are free. ends: (n,) [m] ranges of hits, infinite without a
+    hit. off: (n,) [m] bound of the error of a hit. grown: [m] bound of the error of the place.
+    more: bound of the error of a direction, in beams. closed: the last beam is the first.
     """
 
     place: np.ndarray
@@ -191,9 +187,7 @@ class FreeSpace:
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
-        """The part in the square of half width reach [m] around a place (x, y), or (x, y, heading).
-        Raises InputError.
-        """
+        """The part in a square of half width reach [m] around (x, y, ...). Raises InputError."""
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
@@ -206,12 +200,10 @@ class FreeSpace:
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
     ) -> "FreeSpace":
         """The part that is still free after its frame has drifted, as that of odometry does. [T41e]
-
-        place: (x, y) [m] at which the drift is bounded, or (x, y, heading).
-        moved: [m] bound, a radius, or half axes of an ellipse along the heading and across it:
-            odometry of wheels is worse along.
-        turned: [rad] bound. Far parts lose more: restrict it first (`within`).
-        Raises InputError.
+        place: (x, y) [m] at which the drift is bounded, or (x, y, heading). moved: [m] bound, a
+        radius, or half axes of an ellipse along the heading and across it: odometry of wheels is
+        worse along. turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises
+        InputError.
         """
         middle = package("shapely", CALL).Point(_place(place))
         along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
@@ -237,18 +229,17 @@ class FreeSpace:
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
     ) -> "FreeSpace":
-        """The part around a place, with few corners: its `obstacles` go to `reach_avoid`.
-
-        place: (x, y), or (x, y, heading), of the robot.
-        reach: [m] half width of the square around it. The sides of the square become obstacles as
-            well: a manoeuvre that leaves it is not safe.
-        tolerance: [m] bound by which the boundary moves inwards; it never moves outwards.
-        most: pieces; where there are more, the tolerance is doubled, at most twice.
-        Raises InputError where the place has no free space around it.
+        """The part around a place, with few corners: its `obstacles` go to `reach_avoid`. place:
+        (x, y), or (x, y, heading), of the robot. reach: [m] half width of the square around it. The
+        sides of the square become obstacles as well: a manoeuvre that leaves it is not safe.
+        tolerance: [m] bound by which the boundary moves inwards; it never moves outwards. most:
+        pieces; where there are more, the tolerance is doubled, at most twice. Raises InputError
+        where the place has no free space around it.
         """
         shapely = package("shapely", CALL)
         base, middle = self.within(place, reach), shapely.Point(_place(place))
         tolerance = _length("tolerance", tolerance)
+        check_count("near most", most, 1, "64")
         found = []
         for wider in (1, 2, 4):
             inner = shrunk(base.region, TOLERANCES.outline, wider * tolerance)
@@ -264,11 +255,8 @@ class FreeSpace:
         return min(found, key=lambda one: len(one._edges()))
 
     def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
-        """Does a body lie inside, in one part? It must at the start. [T41]
-
-        corners: (n, 2) [m], the body is their hull.
-        uncertainty: [m] bound of the error of its place.
-        Raises InputError.
+        """Does a body lie inside, in one part? It must at the start. [T41] corners: (n, 2) [m], the
+        body is their hull. uncertainty: [m] bound of the error of its place. Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
@@ -299,11 +287,9 @@ class FreeSpace:
 
 
 def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
-    """The free space under a body, the hull of its corners (n, 2) [m].
-
-    margin: [m] grown by this, declared by a person who has looked around the robot before its
-        start; negative: shrunk by the uncertainty of the pose.
-    Raises InputError.
+    """The free space under a body, the hull of its corners (n, 2) [m]. margin: [m] grown by this,
+    declared by a person who has looked around the robot before its start; negative: shrunk by the
+    uncertainty of the pose. Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
     if not (np.ndim(margin) == 0 and np.isfinite(margin)):

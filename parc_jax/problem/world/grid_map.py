@@ -20,11 +20,9 @@ CALL = "occupancy_grid"
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
-    """The free cells of a map. From `load_map` or `occupancy_grid`.
-
-    free: (rows, columns) bool, row 0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m]
-    side of a cell. origin: (x, y, yaw) [m, rad] of the outer corner of cell (0, 0); rows are
-    stacked along y turned by yaw.
+    """The free cells of a map. From `load_map` or `occupancy_grid`. free: (rows, columns) bool, row
+    0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m] side of a cell. origin: (x, y,
+    yaw) [m, rad] of the outer corner of cell (0, 0); rows are stacked along y turned by yaw.
     """
 
     free: np.ndarray
@@ -42,7 +40,7 @@ class GridMap:
         c, s = np.cos(yaw), np.sin(yaw)
         spans = [slice(0, count) for count in self.free.shape]
         if place is not None or reach is not None:
-            if place is None or reach is None or not (np.isfinite(reach) and reach > 0):
+            if place is None or reach is None or not as_float64("map reach", reach, ()) > 0:
                 raise InputError(
                     f"map: expected a place (x, y) with a reach > 0 m, or neither; got "
                     f"{place!r:.40} and {reach!r:.40}."
@@ -103,15 +101,13 @@ def occupancy_grid(
     *,
     inflated: bool | None = None,
 ) -> GridMap:
-    """The map of a nav_msgs/OccupancyGrid. Raises InputError.
-
-    data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
-    The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
-    y, yaw) [m, rad] of the outer corner of cell (0, 0). Free are cells occupied with less than
-    FREE_THRESH; unknown is never free.
-    inflated: a costmap is refused, as its inflation hides unknown cells, and robots come out
-    larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99, which
-    costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
+    """The map of a nav_msgs/OccupancyGrid. Raises InputError. data: (height, width) whole numbers:
+    -1, or 255 unsigned, unknown; 0 ... 100 percent occupied. The message has them flat:
+    np.array(data).reshape(height, width). resolution: [m]. origin: (x, y, yaw) [m, rad] of the
+    outer corner of cell (0, 0). Free are cells occupied with less than FREE_THRESH; unknown is
+    never free. inflated: a costmap is refused, as its inflation hides unknown cells, and robots
+    come out larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99,
+    which costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
     """
     cells = np.asarray(data)
     if cells.ndim != 2 or cells.dtype.kind not in "iu":
@@ -134,9 +130,7 @@ def occupancy_grid(
 
 
 def _rectangles(cells: np.ndarray) -> np.ndarray:
-    """(n, 4) first and last row, first and last column (the last not included) of rectangles that
-    are all of the true cells, and none other.
-    """
+    """(n, 4) rows and columns, first and last + 1, of rectangles that are just the true cells."""
     steps = np.diff(np.pad(cells.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, first = np.nonzero(steps == 1)
     last = np.nonzero(steps == -1)[1]

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.options import check_count
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
@@ -104,20 +105,19 @@ def mover_runs(
     bridge: float | None = None,
 ) -> RolloutBatch:
     """Windows of logged tracks as runs for `pj.learn`: k as of `Mover`, p in the frame of the mover
-    at the beginning of the window, ahead along x. Raises InputError.
-
-    tracks: times (n,) [s] and places (n, 2) [m] of each. time: the grid of a window. of: name of
-    the mover of each track; pieces of one are one group, and so one unit of a bound. step: [s]
-    between the places from which a mover is seen. most: [m/s] greatest speed. name: of the law.
-    every: [s] between windows of a track; for training. rng: instead one window of each track, at a
-    time drawn evenly from those whose window is all within it; as `holdout`. bridge: [s] between
-    places up to which the mover is taken to have gone straight, by default a step, and two record
-    steps at most.
+    at the beginning of the window, ahead along x. Raises InputError. tracks: times (n,) [s] and
+    places (n, 2) [m] of each. time: the grid of a window. of: name of the mover of each track;
+    pieces of one are one group, and so one unit of a bound. step: [s] between the places from which
+    a mover is seen. most: [m/s] greatest speed. name: of the law. every: [s] between windows of a
+    track; for training. rng: instead one window of each track, at a time drawn evenly from those
+    whose window is all within it; as `holdout`. bridge: [s] between places up to which the mover is
+    taken to have gone straight, by default a step, and two record steps at most.
     """
-    if (every is None) == (rng is None) or len(of) != len(tracks):
+    drawn = rng is not None if every is None else rng is None and every > 0
+    if not drawn or not 0 < len(tracks) == len(of):
         raise InputError(
-            f"mover_runs: expected one of every and rng, and the mover of each of {len(tracks)} "
-            f"tracks; got every = {every}, rng = {rng} and {len(of)} in of."
+            f"mover_runs: expected tracks, one of every > 0 s and rng, and the mover of each of "
+            f"{len(tracks)} tracks; got every = {every}, rng = {rng} and {len(of)} in of."
         )
     bridge = min(step, 2 * time.dt_record) if bridge is None else bridge
     rows, groups = [], []
@@ -184,11 +184,15 @@ def mover_obstacles(
     until: [s] after that, to which they are obstacles, up to a whole interval; None = as long as
     the manoeuvre. every: intervals of the robot per polytope.
     """
-    steps = time.n_steps if until is None else math.ceil(until / time.dt - ABOUT)
-    if not (radius > 0 and every >= 1 and 1 <= steps <= time.n_steps):
+    check_kind("mover_obstacles time", time, TimeGrid)
+    check_count("mover_obstacles every", every, 1, "1")
+    radius = float(as_float64("mover_obstacles radius", radius, ()))
+    most = float(as_float64("mover_obstacles until", time.t_f if until is None else until, ()))
+    steps = time.n_steps if until is None else math.ceil(most / time.dt - ABOUT)
+    if not (radius > 0 and 1 <= steps <= time.n_steps):
         raise InputError(
-            f"mover_obstacles: expected a radius above 0 m, every >= 1 and until within the "
-            f"manoeuvre, {time.t_f:g} s; got {radius!r}, {every!r} and {until!r}."
+            f"mover_obstacles: expected a radius above 0 m and until within the manoeuvre, "
+            f"{time.t_f:g} s; got {radius!r} and {until!r}."
         )
     obstacles, spans = [], spans_of(0, steps - 1, every, time.dt, float(at))
     for mover in movers:

@@ -51,8 +51,13 @@ def seen_from(
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
-    lost = ~np.isfinite(np.asarray(ranges, np.float64))
-    if lost.any():
+    max_range, noise, width, angle_error, tolerance = as_float64(
+        f"{CALL} max_range, noise, width, angle_error, tolerance",
+        [max_range, noise, width, angle_error, tolerance],
+        (5,),
+    )
+    told = np.asarray(ranges)
+    if told.dtype.kind == "f" and (lost := ~np.isfinite(told)).any():
         raise InputError(
             f"{CALL} ranges: expected finite numbers; got {lost.sum()} that are not. A beam that "
             "came back from nowhere reads max_range, one that failed reads 0."
@@ -68,11 +73,11 @@ def seen_from(
     least = {"ranges >= 0 m": ranges.min(), "noise >= 0": noise, "angle_error >= 0": angle_error}
     least |= {"tolerance >= 0": tolerance, "uncertainty >= 0": min(moved, turned)}
     for condition, value in least.items():
-        if not (np.isfinite(value) and value >= 0):
+        if not value >= 0:
             raise InputError(f"{CALL}: expected {condition}; got {value:g}.")
     for name, value in {"max_range": max_range, "width": width}.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{CALL}: expected {name} > 0 m; got {value!r:.40}.")
+        if not value > 0:
+            raise InputError(f"{CALL}: expected {name} > 0 m; got {value:g}.")
     sure = np.maximum(np.minimum(ranges, max_range) - noise, 0.0)
     ends = np.where((0 < ranges) & (ranges < max_range), ranges, np.inf)
     angles, (sure, ends), closed = _closed(angles, np.stack([sure, ends]))

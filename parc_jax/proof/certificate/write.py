@@ -10,6 +10,7 @@ too many axes for the checker to search, multipliers that give each row of a goa
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import reduce
 
 import numpy as np
 from jaxtyping import Bool
@@ -105,9 +106,7 @@ def tube_part(tube: Tube) -> dict:
 
 
 def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
-    """A tube of templates, float64 exactly, with bounds of its errors along the rows of a goal; a
-    bin without claim is NO_CLAIM wide.
-    """
+    """A tube of templates, exact, with bounds along a goal's rows; without claim NO_CLAIM wide."""
     during, at_end = (
         faces.with_half(np.where(np.isinf(faces.half), NO_CLAIM, faces.half)) for faces in templates
     )
@@ -180,8 +179,8 @@ def separating(
 
 def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
     """Certificate of one safe point; path (T + 1, n_c) is its prediction."""
-    table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
-    sep = []
+    table, bins = scene.directions, each_bin(tube.edges, k[None])[1]
+    errors, sep = reduce(lambda known, bin: known.wider(bin), map(tube.during, bins)), []
     for o, holds in enumerate(separating(scene, tube, k, path)):
         exists = np.flatnonzero(scene.obstacles.active[o])
         chosen = []
@@ -189,7 +188,7 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
             if d >= 0:
                 chosen.append(table.multipliers[o][d])
             else:  # none of the table separates: the direction of the largest gap
-                _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, (0, t)))
+                _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))
                 chosen += table.nearest_of_many(o, clearest[None])
         sep.append(merged_runs(chosen, exists))
     if scene.apart is not None:

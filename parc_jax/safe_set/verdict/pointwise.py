@@ -138,19 +138,27 @@ def verdict_in_turn(
     scene: SceneArrays,
     p0: Vector,
     k: Params,
-    bin: Index,
+    bins: Numbers,
+    n_bins: Index | int,
     first: Index,
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
     """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
     the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
-    Kernel, not for vmap.
-
-    bin: one that contains k. first: the pair tested first, negative for the nearest box.
-    Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
-    number of pairs tested, which is nearly all of the work.
+    Kernel, not for vmap. bins: the first n_bins contain k, whose errors together one direction has
+    to allow for, as a proof has it [T28]. first: the pair tested first, negative for the nearest
+    box. Returns also the pair that the plan touches, which a plan beside it may touch as well, and
+    the number of pairs tested, which is nearly all of the work.
     """
-    seen = prediction(net, tube, scene, p0, k, bin)
-    errors = tube.during(seen.bin)
+    seen = prediction(net, tube, scene, p0, k, bins[0])
+
+    def with_bin(c: Index, known: tuple):
+        errors, goal = known
+        _, own, _ = arrival(tube, scene, p0, seen.path[-1], seen.q, k, bins[c])
+        return errors.wider(tube.during(bins[c])), jnp.minimum(goal, own)
+
+    known = tube.during(seen.bin), seen.goal
+    errors, goal = jax.lax.fori_loop(1, n_bins, with_bin, known)
+    seen = seen._replace(goal=goal)
     rounding = 2 * scene.slack * p0.shape[0]
 
     def look(state: tuple):
@@ -191,9 +199,7 @@ def _away(scene: SceneArrays, path: Path, errors: ErrorSet):
 
 
 def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
-    """Smallest gap [m] of a path with errors (T, n_points) from all active obstacles,
-    less the slack; of a plan that reaches the goal.
-    """
+    """Least gap [m] of a plan that reaches the goal from all active obstacles, less the slack."""
     if scene.count is None:  # of a batch, where all are looked at side by side
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
@@ -274,9 +280,7 @@ def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k:
 
 
 def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
-    """Verdicts on plans, as NumPy arrays; on a border between bins those of the
-    bin that leaves the least, margin by margin. [T28]
-    """
+    """Verdicts on plans, in NumPy; on an edge between bins the least of each margin. [T28]"""
     model, arrays = scene.model, scene.arrays
     rows, bins = each_bin(model.tube.edges, k)
 
@@ -304,9 +308,7 @@ def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 
 def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Predicted paths (b, T + 1, n_c) of p0 (b, n_p), k (b, n_k), on the host: a hint for
-    certificates, no verdict.
-    """
+    """Predicted paths (b, T + 1, n_c) on the host: a hint for certificates, no verdict."""
     return moved_to(p0, trajectories(model.net, model.layout, k)[0])
 
 

@@ -27,7 +27,7 @@ NO_LIMIT = 2**31 - 1  # of separation tests
 
 class Proposals(NamedTuple):
     """Plans p0 (r, n_p), k (r, n_k). bins (r, c): those that contain k, of which the first n_bins
-    count; a plan must be safe in all of them. worth (r,) bool: the others failed the coarse test.
+    count; a plan must be safe for the errors of all. worth (r,) bool: others failed a coarse test.
     """
 
     p0: jax.Array
@@ -97,9 +97,7 @@ def rounds(
     kept: Any,
     span: tuple[Index | int, Index | int],
 ) -> tuple[jax.Array, Any]:
-    """The plans kept after the rounds of a span (first, last), last excluded, or after as many as
-    are enough; with the number of the next round. Kernel.
-    """
+    """The next round's number, and plans kept after a span (first, end) or enough. Kernel."""
     first, last = span
 
     def unfinished(state: tuple):
@@ -137,29 +135,19 @@ class Judge(NamedTuple):
         """With the safe ones of the proposals, each judged by itself until a limit ends it."""
         p0, k, bins, n_bins, worth = proposals
 
-        def clearance_of(i: Index, touched: Index, looks: Index):
-            """The least over all bins of plan i, the pair that it touches, and the tests so far."""
-
-            def in_bin(c: Index, state: tuple):
-                least, touched, looks = state
-                seen, touched, more = verdict_in_turn(*self, p0[i], k[i], bins[i, c], touched)
-                own = jnp.where(seen.reaches, seen.clearance, -jnp.inf)
-                return jnp.minimum(least, own), touched, looks + more
-
-            begin = jnp.asarray(jnp.inf, k.dtype), touched, looks
-            return jax.lax.fori_loop(0, n_bins, in_bin, begin)
-
         def judge(state: tuple):
             left, safe, _ = state
             i = jnp.argmax(left).astype(jnp.int32)
-            clearance, touched, looks = clearance_of(i, safe.touched, safe.looks)
+            plan = p0[i], k[i], bins[i], n_bins
+            seen, touched, looks = verdict_in_turn(*self, *plan, safe.touched)
+            clearance = jnp.where(seen.reaches, seen.clearance, -jnp.inf)
             at = safe.count  # written whether safe or not; the next one overwrites it where not
             safe = safe._replace(
                 rows=safe.rows.at[at].set(i),
                 plans=safe.plans.at[at].set(jnp.concatenate([p0[i], k[i]])),
                 clearance=safe.clearance.at[at].set(clearance),
                 count=at + (clearance > 0).astype(at.dtype),
-                looks=looks,
+                looks=safe.looks + looks,
                 touched=touched,
             )
             return left.at[i].set(False), safe, i
