@@ -31,7 +31,7 @@ class Options:
 
 
 def shares_left(net, tube, k: np.ndarray, runs: int, seed: int) -> np.ndarray:
-    """(b,) of so many fresh runs of each k (b, 4) the share that leaves the tube."""
+    """(b,) of so many fresh runs of each k (b, 5) the share that leaves the tube."""
     again = np.repeat(k, runs, axis=0)
     batch = pj.learning.collect(
         c.system(), jax.random.PRNGKey(seed), len(again), k=again, quiet=True

@@ -21,7 +21,7 @@ from sims.parking.drive import (
     pieces_of,
     predicted,
     told,
-    tube_of,
+    tube_at,
 )
 from sims.parking.kinematics import compose, steering
 
@@ -88,7 +88,7 @@ def ahead(number: int) -> Chain:
         k = step.committed.k
         asked = told(k[None])
         move = predicted(model, wheels, k[1])(asked)[0, -1]
-        final = tube_of(model, asked)[1][0]
+        final = tube_at(model, k[None])[1][0]
         # the heading before turns the whole move, its error included
         least = float(np.hypot(final[0], final[1]))
         off += least + 2 * np.sin(turned / 2) * (float(np.hypot(*move[:2])) + least)

@@ -113,11 +113,16 @@ def model() -> pj.types.TrajectoryModel:
 def loop_of(path: Path = MODEL, start: float = 0.0, heading: float = 0.0) -> pj.drive.Loop:
     """The loop of a model, made once. start, heading: [m], [rad] by which poses may be wrong."""
     known = pj.load(path, system="parking")
+    return loop_with(known, pj.Uncertainty(start=start, heading=heading))
+
+
+def loop_with(model, uncertainty: pj.Uncertainty) -> pj.drive.Loop:
+    """A loop of a model and poses that are wrong by so much."""
     return pj.drive.Loop(
-        known,
+        model,
         rectangle(),
         leave=float(LEFT),
-        uncertainty=pj.Uncertainty(start=start, heading=heading),
+        uncertainty=uncertainty,
         candidates=np.zeros((1, 3)),
         effort=pj.drive.Effort(judged=AROUND, looks=1 << 14, room=0.02, deadline=1e4),
     )
@@ -163,7 +168,9 @@ def guide_of(
         ),
         aims=compose(case.goal, offsets),
         rolling=rolling,
-        mend=lambda way, pose, wheels: mended(model, guide, way, Moving(pose, wheels)),
+        mend=lambda way, pose, wheels: mended(
+            way, Moving(pose, wheels), model, lambda *at: aimed(model, guide, *at)
+        ),
     )
     guide.require_reach()
     return guide
@@ -177,7 +184,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     run = black_box()
     draws, loop_key = generator(jax.random.fold_in(as_key(key), 0)), as_key(key)
     loop.restart()
-    around = pieces_of(case)
+    around, spare = pieces_of(case), loop_with(loop.model, loop.uncertainty)
     now, at = Moving(case.start), 0.0
     new, path, times = [], [now.pose[None]], [np.zeros(1)]
     driven, tries, why, way, i = 0.0, 0, "", None, 0
@@ -186,13 +193,17 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     shift = float(np.linalg.norm(loop.uncertainty.shifts(2)))
     heading = float(loop.uncertainty.heading or 0.0)
     guide = guide_of(case, loop.model, within, shift, heading)
+
+    def tried(way, pose, wheels):
+        return rehearsed(spare, around, case, within, way, Moving(pose, wheels))
+
     while len(new) < LINKS:
         known = measured(now.pose, loop.uncertainty, draws)  # all that a driver has
         if way is None or i == len(way.k):
             share = next(shares, None)
             if share is not None:
                 guide.share = share
-                way, i = guide.search(known, now.wheels), 0
+                way, i = guide.search(known, now.wheels, tried), 0
                 tries += 1
                 if way is None:
                     why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
@@ -375,8 +386,12 @@ def tube_of(model, k: np.ndarray, begins: float = 0.0) -> tuple[np.ndarray, np.n
     (b, 11) at rest.
     """
     start = float(c.start_of(begins)) if begins else c.AT_REST
-    given = np.tile([0.0, start], (len(k), 1))
-    bins = model.tube.bins_of(np.column_stack([given, asked(k, begins)]))
+    return tube_at(model, np.column_stack([np.tile([0.0, start], (len(k), 1)), asked(k, begins)]))
+
+
+def tube_at(model, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As `tube_of`, of what the model has (b, 5)."""
+    bins = model.tube.bins_of(k)
     during, final = model.tube.interval[bins], model.tube.final[bins]
     # on an edge between bins any of them may hold
     return during.max(axis=tuple(range(1, during.ndim))), final.max(
@@ -443,35 +458,62 @@ def ways_of(model, wheels: float, start: float):
     return along
 
 
-def mended(model, guide: Guide, way, now: Moving):
-    """A way as the network has its manoeuvres, from where the car is: one that begins while the car
-    rolls and does not lead where it should, or not clear, begins at rest.
+def mended(way, now: Moving, model, tried):
+    """A way as the car can drive it, from where it is, and how many of its manoeuvres it may not.
+    One that would begin while the car rolls, and is not as tried, begins at rest. tried: of a way,
+    a number and where the car is, the manoeuvre (1, 3) and what k has as its start; or None.
     """
-    seen, i = [now], 0
+    seen, fails, i = [now], [], 0
     while i < len(way.k):
-        now, k, left = seen[i], way.k[i : i + 1], bool(way.left[i])
-        aim = offset_from(now.pose, way.poses[i + 1])
-        for start in starts_for(k, now):
-            predict = predicted(model, now.wheels, start, left)
-            k, there = reach_exactly(aim[None], way.k[i : i + 1], predict)
-            if there[0]:
-                break
-        poses = compose(now.pose, ways_of(model, now.wheels, start)(k)[0])
-        after = poses[LEFT if left else -1]
-        miss = np.abs(offset_from(way.poses[i + 1], after))
-        near = there[0] or (i < len(way.k) - 1 and (miss < MISSES).all())
-        stops = c.stopping(now.speed) + NO_LESS
-        clear = guide.clears(poses, tube_of(model, k, now.speed)[0][0])
-        if now.speed and not (near and clear and abs(k[0, 0]) >= stops):
+        now, left = seen[i], bool(way.left[i])
+        found = tried(way, i, now)
+        if found is None and now.speed:
             way, i = way.unleft(i - 1), i - 1
-            del seen[i + 1 :]
+            del seen[i + 1 :], fails[i:]
             continue
+        fails.append(found is None)
+        k = way.k[i : i + 1] if found is None else found[0]
+        after = way.poses[i + 1]
+        if found is not None:
+            after = compose(now.pose, predicted(model, now.wheels, found[1], left)(k)[0, 0])
         first, last = (float(x[0]) for x in steering(k))
         wheels = first + (last - first) * float(way.upto[i])
-        speed = float(rolls(k, now.speed)[1][0]) if left else 0.0
-        seen.append(Moving(after if near else way.poses[i + 1], wheels, speed))
+        seen.append(Moving(after, wheels, float(rolls(k, now.speed)[1][0]) if left else 0.0))
         i += 1
-    return way
+    return way, sum(fails)
+
+
+def aimed(model, guide: Guide, way, i: int, now: Moving):
+    """What `mended` tries: a manoeuvre that leads about where it should, and is clear."""
+    aim, left = offset_from(now.pose, way.poses[i + 1]), bool(way.left[i])
+    for start in starts_for(way.k[i : i + 1], now):
+        predict = predicted(model, now.wheels, start, left)
+        k, there = reach_exactly(aim[None], way.k[i : i + 1], predict)
+        if there[0]:
+            break
+    poses = compose(now.pose, ways_of(model, now.wheels, start)(k)[0])
+    miss = np.abs(offset_from(way.poses[i + 1], poses[LEFT if left else -1]))
+    near = there[0] or (i < len(way.k) - 1 and (miss < MISSES).all())
+    all_of_k = np.column_stack([[[now.wheels, start]], asked(k, now.speed)])
+    clear = guide.clears(poses, tube_at(model, all_of_k)[0][0])
+    enough = not now.speed or abs(k[0, 0]) >= c.stopping(now.speed) + NO_LESS
+    return (k, start) if near and clear and enough else None
+
+
+def rehearsed(spare, around, case: Case, within, way, now: Moving):
+    """As `mended`, by a spare loop: what is tried is proved from where it would begin. A way along
+    which the car rests between all of its manoeuvres is left as it is: another can be found then.
+    """
+    if not way.left.any():
+        return way, 0
+
+    def tried(way, i: int, now: Moving):
+        spare.restart()
+        goal = goal_of(case, now.pose, within) if i == len(way.k) - 1 else None
+        step = link(spare, around, now, way, i, goal, 0.0)
+        return (told(step.committed.k[None]), float(step.committed.k[1])) if step.new else None
+
+    return mended(way, now, spare.model, tried)
 
 
 def measured(pose: np.ndarray, uncertainty, draws) -> np.ndarray:

@@ -58,7 +58,10 @@ STOPS = 1.5  # [m] of way between poses from which a shorter way may go on
 SPREADS = (0.0, 1.0, 1.0, 1.0, 0.7, 0.7, 0.5, 0.5, 0.35, 0.35, 0.25, 0.2, 0.15)
 # [m, m, rad] of such poses, and how many for each of the way
 DRAWN, NEARBY = np.array([0.6, 0.4, 0.2]), 12
+MOST_NEARBY = 240  # of all poses of a way, about
 REPLACED = 4  # manoeuvres that are tried to be replaced by one
+DRAWS = (1, 2, 3)  # seeds of these poses, of which the next is for what cannot be driven
+UNSURE = 5.0  # [s] that a manoeuvre which may not be driven counts as
 DETOUR = 3.0  # [s] that a manoeuvre may take more than what it is in place of
 AVOIDED = 2.0  # [s / m] as DISLIKED, once a way is known
 
@@ -93,7 +96,7 @@ class Guide:
     way may end, by default the goal. sure: which of k (b, 3), begun at a speed, may be the last,
     aimed at a pose (3,). left: poses that its searches may still follow. rolling: may the car roll
     from one into the next? mend: makes of a way from a pose (3,), and steering [rad], one that the
-    car can drive.
+    car can drive, and tells how many of its manoeuvres it may not.
     """
 
     def __init__(
@@ -109,7 +112,7 @@ class Guide:
         self.case, self.share, self.left = case, share, BUDGET
         self._aims = case.goal[None] if aims is None else aims
         self.rolling, self.spreads = rolling, SPREADS
-        self._mend = (lambda way, start, wheels: way) if mend is None else mend
+        self._mend = (lambda way, start, wheels: (way, 0)) if mend is None else mend
         self._width = (lambda k, begins=0.0: np.full(len(k), WIDTH)) if width is None else width
         self.space = Space(case)
         self._sure = (lambda k, aim, begins=0.0: np.ones(len(k), bool)) if sure is None else sure
@@ -140,18 +143,29 @@ class Guide:
         least = float(self.space.around(np.asarray(poses), True).min())
         return least >= min(self.share * width + LEAST, self._room(poses[0], True))
 
-    def search(self, start=None, wheels: float = 0.0) -> Way | None:
+    def search(self, start=None, wheels: float = 0.0, tried=None) -> Way | None:
         """A way from a pose (3,), by default the start, to an aim; None where none was found.
-        wheels: [rad] the steering there.
+        wheels: [rad] the steering there. tried: as `mend`; a way of which it likes all is taken at
+        once.
         """
+        tried = tried or self._mend
         self._wheels = wheels
         start = self.case.start if start is None else np.asarray(start, float)
         ways = self.space.ways_from(start)
         for weight, most, fine in GREEDY:
             way = self._search(start, ways, weight, most, fine)
             if way is not None:
-                return self._shorter(way, start)
+                ways = []
+                for draw in DRAWS:
+                    ways.append(tried(self._shorter(way, start, draw), start, wheels))
+                    if not ways[-1][1]:
+                        break
+                return min(ways, key=self._costs)[0]
         return None
+
+    def _costs(self, tried: tuple[Way, int]) -> float:
+        """[s] that a way takes, and more for each manoeuvre that may not be driven."""
+        return lasts(tried[0], self._wheels) + UNSURE * tried[1]
 
     def _search(self, start, ways, weight: float, most: int, fine: bool) -> Way | None:
         number, seen, best = count(), {}, None
@@ -213,18 +227,16 @@ class Guide:
             poses.append(nodes[i][0])
         return self._way(np.array(k), np.array(poses))
 
-    def _shorter(self, way: Way, start) -> Way:
+    def _shorter(self, way: Way, start, seed: int) -> Way:
         """The quickest way of single manoeuvres between poses along a way and near it, as the car
         can drive it; then near that one, and so on.
         """
-        draw = np.random.default_rng(1)
+        draw = np.random.default_rng(seed)
         best = self._mend(way, start, self._wheels)
         for spread in self.spreads:
-            way = self._quickest(best, start, *near(best, spread, draw, self._wheels))
-            way = self._mend(way, start, self._wheels)
-            if lasts(way, self._wheels) < lasts(best, self._wheels):
-                best = way
-        return best
+            way = self._quickest(best[0], start, *near(best[0], spread, draw, self._wheels))
+            best = min(best, self._mend(way, start, self._wheels), key=self._costs)
+        return best[0]
 
     def _quickest(self, way: Way, start, stops, order, passed) -> Way:
         """A way by some of the stops (s, 3), each earlier in their order (s,) than the next.
@@ -372,7 +384,7 @@ def near(way: Way, spread: float, draw, wheels: float) -> tuple[np.ndarray, np.n
         order.append(i + np.arange(1, n) / n)
     poses, order = np.concatenate(poses), np.concatenate(order)
     if spread:
-        rows = np.tile(np.arange(1, len(poses)), NEARBY)
+        rows = np.tile(np.arange(1, len(poses)), int(np.clip(MOST_NEARBY // len(poses), 2, NEARBY)))
         moves = spread * DRAWN * draw.normal(size=(len(rows), 3))
         poses = np.concatenate([poses, compose(poses[rows], moves)])
         order = np.concatenate([order, order[rows]])
