@@ -182,8 +182,8 @@ class Monitor:
 
     def bet(self, outside: bool) -> "Monitor":
         """The monitor after one run that stayed inside or left the tube. Raises InputError."""
-        if not isinstance(outside, bool | np.bool_):
-            raise InputError(f"bet: expected whether a run left the tube; got {outside!r:.60}.")
+        if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
+            raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
         if outside:
             gain = np.log(self.bets / self.rate)
         else:
