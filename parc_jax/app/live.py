@@ -79,7 +79,7 @@ class Grip(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Safe plans (n, n_p + n_k) of a scene, largest clearance (n,) [m] first, and [s] it took."""
+    """Safe plans (n, n_p + n_k), largest clearance (n,) [m] first, and [s] from a drag to them."""
 
     scene: Scene
     plans: np.ndarray
@@ -224,7 +224,7 @@ class Live:
         return Drawn(scene, each, room[order], time.perf_counter() - begin)
 
     def settle(self) -> tuple[Answer | None, Why | None]:
-        """A set within a second, not proved; why there is none, or few. Raises InputError."""
+        """A set, in about a second, not proved; why there is none, or few. Raises InputError."""
         drawn, asked, why = self.draw(), SOON, None
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)

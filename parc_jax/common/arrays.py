@@ -25,10 +25,7 @@ def x64():
 
 
 def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
-    """A finite, read-only float64 copy of `value` with the given shape (None = any length).
-
-    Raises InputError with the expected shape and the given one.
-    """
+    """A finite, read-only float64 copy of this shape (None: any length). Raises InputError."""
     wanted = str(shape).replace("None", "any")
     try:
         array = np.array(real(value), dtype=np.float64)

@@ -199,6 +199,19 @@ def test_a_manoeuvre_that_came_to_its_end_must_stand_there_too():
     assert report.moves[1] == 2 * width
 
 
+@pytest.mark.parametrize(("narrow", "side"), [(1, 1), (2, -1)])
+def test_as_near_to_a_knot_as_times_may_differ_the_narrower_interval_counts(narrow, side):
+    robot = Robot(0, points=1)
+    robot.widths = [[[[F(1, 64) if t == narrow else F(1)] * 2]] for t in range(robot.T)]
+    place = [at + F(1, 2) for at in robot.at(2, 0, 0, F(0))]
+
+    def begins(late):
+        other = robot.manoeuvre(2 * DT + side * late, place, F(0))
+        return accepted(robot.episode([robot.manoeuvre(0, [0, 0], F(0)), other]))
+
+    assert [begins(F(x, 10**9)) for x in (0, F(1, 2), 1, 2)] == [False, False, False, True]
+
+
 @pytest.mark.parametrize(("end", "share"), [(F(1), 2), (F(1, 1024), 1), (F(0), 1)])
 def test_who_stands_is_in_the_tube_at_both_ends_of_the_last_interval(end, share):
     """What the prediction moves may be as large as the width of the interval and the lesser of that

@@ -10,6 +10,7 @@ from functools import partial
 from types import SimpleNamespace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from synthetic_plants import (
@@ -143,10 +144,11 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
 
 def test_what_is_no_argument_of_a_monitor_is_refused(claim):
     runs, watch = collect(plant(disturbed), KEY, 5, quiet=True), monitor(claim, NET)
-    for bet in (None, "a", np.nan, 2, -1, 0.0, np.array([True, False])):
-        with pytest.raises(InputError, match="bet: expected whether a run left the tube; got"):
+    for bet in (None, "a", np.nan, 2, -1, 0.0, np.array([True, False]), np.array(1), [[True], []]):
+        with pytest.raises(InputError, match=r"bet: expected True or False.* Got"):
             watch.bet(bet)
-    assert watch.bet(np.bool_(True)).left == 1
+    for bet in (np.bool_(True), np.array(True), jnp.asarray(True)):
+        assert watch.bet(bet).left == 1 and watch.bet(~bet).left == 0
     for call, words in (
         (lambda: monitor(NET, claim), "claim: expected ErrorClaim; got ReLUNetwork"),
         (lambda: monitor(claim, None), "net: expected ReLUNetwork; got None"),

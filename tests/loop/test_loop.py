@@ -554,6 +554,13 @@ def test_on_an_edge_between_bins_all_that_is_committed_to_is_proved(fitted):
         new += step.new
         assert not step.new or step.committed.proved()
     assert 3 < new < 27
+    # the end must be in a goal with the errors of all of them, too
+    for given, half in ((-0.001, [1.0, 0.1]), (0.001, [0.1, 1.0])):
+        goal = pj.box([-x for x in half], half)
+        news = [
+            afresh(loop, [0.0, 0.0], [x], [], forward, goal=goal).new for x in (given, 0.0, -given)
+        ]
+        assert news == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -576,12 +583,21 @@ def test_what_is_no_argument_is_refused_at_once(line, wrong, words):
 
 
 def test_all_of_a_free_space_may_be_told_as_gone(line):
-    pytest.importorskip("shapely")
+    shapely = pytest.importorskip("shapely")
     free = pj.problem.free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    free = replace(free, gone=shapely.box(-4, -4, 4, 4))
     loop = loop_of(line)
     loop.step([0.0, 0.0], [0.25], [WALL], forward, gone=free)
-    step = loop.step([0.0, 0.0], [9.0], [WALL], forward, gone=free)
-    assert not step.new and "given: expected" in step.reason
+    for gone in (free, free.gone):
+        step = loop.step([0.0, 0.0], [9.0], [WALL], forward, gone=gone)
+        assert not step.new and "given: expected" in step.reason
+        assert "may lead where it is no longer known to be free" in step.reason
+        assert "no longer known to be free" in loop.go_on("no scan", gone).reason
+
+
+def test_any_clearance_or_none_is_enough(line):
+    for least, new in ((-np.inf, True), (np.inf, False)):
+        assert loop_of(line).step([0.0, 0.0], [0.25], [WALL], forward, least=least).new is new
 
 
 def test_sentences_tell_the_numbers_apart_that_they_compare(line):

@@ -1,5 +1,6 @@
 """Free space adds up, is simplified inwards alone, and its obstacles let nobody out. [T41]"""
 
+import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -180,6 +181,48 @@ def test_a_start_is_inside_of_the_free_space_wherever_its_edges_truly_stand():
     assert asked(around, 0.0) and asked([around, None, pj.box([0.0] * 2, [1.6, 0.0]), None], 0.0)
     with pytest.raises(InputError, match=r"errors of the edges .* may have at once"):
         asked([off, None, off, off], 0.0)
+
+
+def edges_from_a_file(edges, known, folder):
+    problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), edges, 0.1, uncertainty=known)
+    path = pj.exchange.save_problem(folder / "scene.json", problem)
+    return pj.exchange.load_problem(path).obstacles
+
+
+AS_TOLD = {
+    "as made": lambda edges, *_: edges,
+    "copied": lambda edges, *_: copy.deepcopy(edges),
+    "of several widths": lambda edges, *_: [replace(e, width=0.1 * i) for i, e in enumerate(edges)],
+    "from a file": edges_from_a_file,
+}
+
+
+@pytest.mark.parametrize("case", AS_TOLD)
+def test_an_outline_is_not_torn_by_errors_of_its_edges(case, tmp_path):
+    """The right edge alone 1.5 m further: plans through the gap that it leaves were proved."""
+    edges = free_place(SQUARE).obstacles()
+    right = [edge.contains(np.array([1.0, 0.0])) for edge in edges]
+    known = pj.Uncertainty(obstacles=[pj.box([1.5, 0], [1.6, 0]) if r else None for r in right])
+    edges = AS_TOLD[case](edges, known, tmp_path)
+    problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), edges, 0.1, uncertainty=known)
+    with pytest.raises(InputError, match=r"sets with no point in common, .* outline is torn"):
+        query(problem, line_model(4, 0.01, rests=True), [0.8, 0.0]).nominal()
+
+
+LEAN = pj.hpolytope([[0.8, 0.6], [-0.8, -0.6], [-0.6, 0.8], [0.6, -0.8]], [0.2, -0.1, 0.01, -0.01])
+COMMON = {
+    "few points": [pj.box([0.1, 0], [0.3, 0]), pj.box([0.29, 0], [0.9, 0])] * 2,
+    "an edge of the first": [pj.box([-0.1, -0.1], [0.3, 0.1]), pj.box([0.2, 0.1], [0.3, 0.3])] * 2,
+    "a segment that no float is in": [LEAN, copy.deepcopy(LEAN)] * 2,
+    "the place as told": [pj.box([0, 0], [0.1, 0.1]), None, None, None],
+}
+
+
+@pytest.mark.parametrize("case", COMMON)
+def test_errors_of_edges_that_have_one_in_common_are_taken(case):
+    known, edges = pj.Uncertainty(obstacles=COMMON[case]), free_place(SQUARE).obstacles()
+    problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), edges, 0.1, uncertainty=known)
+    assert query(problem, line_model(4, 0.01, rests=True), [0.0, 0.0]).nominal()
 
 
 def test_an_edge_of_free_space_is_one_at_all_times():

@@ -165,10 +165,19 @@ def test_what_is_no_argument_of_movers_is_refused(wrong, words):
 def test_runs_of_movers_need_tracks_and_time_between_windows():
     times = np.arange(0.0, 6.0, 0.1)
     track = times, np.outer(times, [0.5, 0.0])
-    for tracks, every in (([], 0.5), ([track], 0.0), ([track], -1.0)):
-        of = names(len(tracks))
-        with pytest.raises(pj.InputError, match="expected tracks, one of every > 0 s and rng"):
-            pj.problem.mover_runs(tracks, GRID, of=of, step=STEP, most=1.5, every=every)
+    for wrong in (
+        {"tracks": [], "of": []},
+        {"tracks": None},
+        {"of": None},
+        {"every": 0.0},
+        {"every": -1.0},
+        {"every": None},
+        {"every": None, "rng": 3},
+        {"every": "a"},
+    ):
+        asked = {"tracks": [track], "of": names(1), "every": 0.5} | wrong
+        with pytest.raises(pj.InputError, match=r"mover_runs.*: expected (tracks, one of|numbers)"):
+            pj.problem.mover_runs(asked.pop("tracks"), GRID, step=STEP, most=1.5, **asked)
 
 
 @pytest.mark.parametrize("at", [-0.5, 7.0])

@@ -185,10 +185,11 @@ class Loop:
         lacks where none is safe, which takes longer than the verdicts. goal: set in the world in
         which this manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading
         is counted on from that of the pose, which is within half a turn of 0. Wrong measurements
-        end in the manoeuvre under way, with a sentence.
+        end in the manoeuvre under way, with a sentence. Raises InputError: gone, least, prefer.
         """
         begin, stop = self._clock(), partial(self.go_on, gone=_region(gone), drift=drift)
-        least = float(as_float64("least", least, ()))
+        if not (isinstance(least, float) and math.isinf(least)):  # for any, or for none
+            least = float(as_float64("least", least, ()))
         if not callable(prefer):
             raise InputError(f"prefer: expected a function of an Outlook; got {prefer!r:.60}.")
         try:
@@ -284,7 +285,7 @@ class Loop:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
         scan, a place without free space. gone: as of `step`; the sentence says whether the
         manoeuvre may lead there. pose, at, drift: as of `step`, where they are known: its first
-        reference point is looked for in the tube, and one that is outside is said first.
+        reference point, where outside the tube, is said first. Raises InputError for a wrong gone.
         """
         left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
         reason = "; ".join(filter(None, [left, reason]))

@@ -64,7 +64,7 @@ class ErrorTemplate:
     half: np.ndarray
 
     def support(self, w: Float[ArrayLike, "*b n"]):
-        """As of a box."""
+        """(...) largest w . e. Infinite without claim, but for w = 0."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
 

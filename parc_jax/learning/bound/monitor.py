@@ -182,12 +182,10 @@ class Monitor:
 
     def bet(self, outside: bool) -> "Monitor":
         """The monitor after one run that stayed inside or left the tube. Raises InputError."""
-        if not isinstance(outside, bool | np.bool_):
-            raise InputError(f"bet: expected whether a run left the tube; got {outside!r:.60}.")
-        if outside:
-            gain = np.log(self.bets / self.rate)
-        else:
-            gain = np.log1p(-self.bets) - np.log1p(-self.rate)
+        if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
+            raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
+        bets, rate = self.bets, self.rate
+        gain = np.log(bets / rate) if outside else np.log1p(-bets) - np.log1p(-rate)
         wealth = self.log_wealth + gain
         after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
         return replace(after, peak=max(self.peak, after.e_value))

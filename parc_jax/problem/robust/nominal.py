@@ -158,15 +158,18 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
     uncertainty it is, so one place of it, of those that its tube allows, tells of all, and one
     error of the edges, of those that all of them may have. [T41]
     """
-    edges: dict[int, tuple[Edge, dict]] = {}
     known = problem.uncertainty or Uncertainty()
     errors = known.of_obstacles(len(problem.obstacles))
+    owners = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
+    if not owners:
+        return
+    # edges of a file have a copy of their region each
+    written = {own: edge.written.partition(" ")[0] for own, edge in owners.items()}
+    sets: dict[str, tuple[Edge, list]] = {}
     for one, by in zip(problem.obstacles, errors, strict=True):
         if isinstance(one, Edge):
-            edges.setdefault(id(one.region), (one, {}))[1][id(by)] = by
-    if not edges:
-        return
-    regions = [(edge, _common_error(list(sets.values()))) for edge, sets in edges.values()]
+            sets.setdefault(written[id(one.region)], (one, []))[1].append(by)
+    regions = [(edge, _common_error(errors)) for edge, errors in sets.values()]
     starts = np.array([[-np.inf, np.inf]] * 2).T
     heading = 0.0 if pose is None else pose.heading or 0.0
     if pose is not None:
@@ -195,19 +198,20 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
 
 def _common_error(sets: list[HPolytope | None]) -> np.ndarray:
     """(2,) an error that all edges of a region may have, of their error sets. Raises InputError."""
-    one = next(iter(filter(None, sets)), None)
-    corners = [] if one is None else rational_vertices(one, "uncertainty of obstacles")
-    middle = np.array([float(sum(x) / len(corners)) for x in zip(*corners, strict=True)] or [0, 0])
-    if len(sets) == 1:
-        return middle
-    for off in (np.zeros(2), middle):
-        if all(not off.any() if s is None else s.contains(off) for s in sets):
-            return off
-    raise InputError(
-        "uncertainty of obstacles: expected errors of the edges of a free space that all of them "
-        "may have at once; got sets with none in common. Else its outline is torn: give one set "
-        "for all of them."
-    )
+    rows: dict[tuple, float] = {}  # of their intersection
+    for one in (from_box(box([0.0] * 2, [0.0] * 2)) if by is None else by for by in sets):
+        for row, bound in zip(one.A.tolist(), one.b.tolist(), strict=True):
+            rows[tuple(row)] = min(bound, rows.get(tuple(row), bound))
+    common = HPolytope(np.array(list(rows)), np.array(list(rows.values())))
+    corners = rational_vertices(common, "uncertainty of obstacles")
+    if not corners:
+        raise InputError(
+            "uncertainty of obstacles: expected errors of the edges of a free space that all of "
+            "them may have at once; got sets with no point in common, or one that is empty. Else "
+            "its outline is torn: give one set for all of them."
+        )
+    # rounded: edges are thicker than that
+    return np.array([float(sum(x) / len(corners)) for x in zip(*corners, strict=True)])
 
 
 def _at_start(model: TrajectoryModel) -> np.ndarray:

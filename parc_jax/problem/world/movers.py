@@ -113,11 +113,13 @@ def mover_runs(
     whose window is all within it; as `holdout`. bridge: [s] between places up to which the mover is
     taken to have gone straight, by default a step, and two record steps at most.
     """
-    drawn = rng is not None if every is None else rng is None and every > 0
-    if not drawn or not 0 < len(tracks) == len(of):
+    every = every if every is None else float(as_float64("mover_runs every", every, ()))
+    n, movers = (len(x) if hasattr(x, "__len__") else 0 for x in (tracks, of))
+    drawn = isinstance(rng, np.random.Generator) if every is None else rng is None and every > 0
+    if not drawn or not 0 < n == movers:
         raise InputError(
             f"mover_runs: expected tracks, one of every > 0 s and rng, and the mover of each of "
-            f"{len(tracks)} tracks; got every = {every}, rng = {rng} and {len(of)} in of."
+            f"{n} tracks; got every = {every}, rng = {rng} and {movers} in of."
         )
     bridge = min(step, 2 * time.dt_record) if bridge is None else bridge
     rows, groups = [], []
