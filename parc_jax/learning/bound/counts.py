@@ -40,6 +40,7 @@ RECORDED_IDS = "tested"  # evidence of a claim of tests by recordings: the runs 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
     """Bound, rounded up, on P(more than eps of new runs leave) after n runs with discards. [T2]
+
     sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
     """
     if n <= discard:
