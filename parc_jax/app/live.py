@@ -147,7 +147,9 @@ class Live:
         self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
-        """Drag a free grip to (n_p,) [m], turned by [rad] or a matrix. Raises InputError."""
+        """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
+        Raises InputError for another one.
+        """
         own = self.grips.get(name)
         if own is None:
             raise InputError(f"move: expected one of {', '.join(self.grips)}; got {name!r:.60}.")
@@ -200,7 +202,9 @@ class Live:
         return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:
-        """Safe plans, verified in float64: of before, near those, and new. Raises InputError."""
+        """Safe plans, each verified in float64: those of before where they still are, others near
+        them, and new ones. Raises InputError.
+        """
         begin, scene = time.perf_counter(), self.scene()
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
@@ -226,7 +230,9 @@ class Live:
         return Drawn(scene, each, room[order], time.perf_counter() - begin)
 
     def settle(self) -> tuple[Answer | None, Why | None]:
-        """A set within a second, not proved; why there is none, or few. Raises InputError."""
+        """The set within about a second, not proved, and where none was found or few are safe what
+        is in the way. Raises InputError.
+        """
         drawn, asked, why = self.draw(), SOON, None
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)

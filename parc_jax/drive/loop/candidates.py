@@ -277,7 +277,9 @@ class UnderWay:
         return f"{told}, from when on the command is ({rest})"
 
     def command(self, last: Commitment | None, at: Fraction) -> np.ndarray:
-        """The command from a time on for `seconds`. Raises InputError where it changes then."""
+        """The command, values of `axes`, that lasts from a time for `seconds`. Raises InputError
+        where it changes in between.
+        """
         if last is None:
             return self.rest
         begun, ended = self.seconds, self.seconds + self._held

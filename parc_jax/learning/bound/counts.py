@@ -124,10 +124,11 @@ def most_discards(n: int, eps: float, delta: float) -> int:
 
 def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
     """Discards for a holdout of n independent runs, from the largest errors (m,) of runs that have
-    no part in it, infinite for failed ones. They are taken where eps times the width that the tube
-    then needs is least: a tube half as wide is worth twice the eps. At most MOST_SHARE of the
-    holdout is discarded, and more only where no fewer surely leave a finite tube: as many fail, or
-    m is so small that as many might.
+    no part in it, infinite for failed ones.
+
+    They are taken where eps times the width that the tube then needs is least: a tube half as wide
+    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, and more only where no
+    fewer surely leave a finite tube: as many fail, or m is so small that as many might.
     """
     best, least = 0, math.inf
     for discard in range(n):

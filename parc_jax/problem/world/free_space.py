@@ -192,7 +192,9 @@ class FreeSpace:
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
-        """The part in a square of half width reach [m] around (x, y, ...). Raises InputError."""
+        """The part in the square of half width reach [m] around a place (x, y), or (x, y, heading).
+        Raises InputError.
+        """
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
