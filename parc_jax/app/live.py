@@ -230,9 +230,7 @@ class Live:
         return Drawn(scene, each, room[order], time.perf_counter() - begin)
 
     def settle(self) -> tuple[Answer | None, Why | None]:
-        """The set within about a second, not proved, and where none was found or few are safe what
-        is in the way. Raises InputError.
-        """
+        """A set, in about a second, not proved; why there is none, or few. Raises InputError."""
         drawn, asked, why = self.draw(), SOON, None
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)

@@ -192,9 +192,7 @@ class FreeSpace:
         return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
-        """The part in the square of half width reach [m] around a place (x, y), or (x, y, heading).
-        Raises InputError.
-        """
+        """Its part in a square, reach [m] to each side of (x, y[, heading]). Raises InputError."""
         shapely = package("shapely", CALL)
         (x, y), reach = _place(place), _length("reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
