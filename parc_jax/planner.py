@@ -193,7 +193,9 @@ class Planner:
 
         problem, at: as of `solve`. Raises as `solve` does.
         """
-        require_problem(problem)
+        if not isinstance(problem, Problem):
+            how = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
+            raise InputError(expected("Planner", "a problem", problem, how))
         nominal = query(problem, self.model, at).nominal(self._robust_models)
         return Prepared(pruned_scene(nominal))
 
@@ -264,13 +266,6 @@ class Planner:
         each = Settings.whole() if settings.samples_only else settings
         answers = {i: self.solve(p, key, each) for i, p in chosen.items()}
         return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
-
-
-def require_problem(problem) -> None:
-    """Raises InputError for what users take for a problem."""
-    if not isinstance(problem, Problem):
-        hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
-        raise InputError(expected("Planner", "a problem", problem, hint))
 
 
 def _settings(call: str, settings) -> Settings:

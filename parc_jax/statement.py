@@ -100,14 +100,6 @@ def about_place(within: Place, n_k: int) -> str:
     )
 
 
-def about_uncertainty(withstood: str) -> str:
-    """The uncertainty to which every plan of the answer is robust."""
-    return (
-        "Robust: all this is said of a question that allows for the uncertainty, and so it holds "
-        f"for {withstood}. A plan that is absent is not shown to withstand all of it."
-    )
-
-
 def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
     """The pose from which all plans of the answer start; None where that is anywhere."""
     if pose is None:
@@ -347,7 +339,11 @@ def details(answer, drawn: str, polytopes: int) -> str:
     if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
         scene += f" {obstacles}"
     if answer.status.found and uncertainty is not None:
-        tube.append(about_uncertainty(uncertainty.words))
+        tube.append(
+            "Robust: all this is said of a question that allows for the uncertainty, and so it "
+            f"holds for {uncertainty.words}. A plan that is absent is not shown to withstand all "
+            "of it."
+        )
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
         plans = about_plans(len(answer.samples), polytopes, len(answer.corridors), cover.proved)

@@ -88,11 +88,13 @@ class Drawn(NamedTuple):
 
 
 class Live:
-    """A problem that is changed by hand, and its safe plans; no browser. at: as of `Planner.solve`.
-    wanted: plans to draw, 16 to 64. Raises InputError. k: (2, n_k) of plans and of the set. off:
-    [m] half widths of what is not known of the pose and of obstacles, beside what the problem says.
-    planner: one of `planners`, which share a network, by rising eps, each with its part of delta;
-    at first that with the tube of the model.
+    """A problem that is changed by hand, and its safe plans; no browser.
+
+    at: as of `Planner.solve`. wanted: plans to draw, 16 to 64. Raises InputError.
+
+    k: (2, n_k) of plans and of the set. off: [m] half widths of what is not known of the pose and
+    of obstacles, beside what the problem says. planner: one of `planners`, which share a network,
+    by rising eps, each with its part of delta; at first that with the tube of the model.
     """
 
     def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
@@ -145,7 +147,9 @@ class Live:
         self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
-        """Drag a free grip to (n_p,) [m], turned by [rad] or a matrix. Raises InputError."""
+        """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
+        Raises InputError for another one.
+        """
         own = self.grips.get(name)
         if own is None:
             raise InputError(f"move: expected one of {', '.join(self.grips)}; got {name!r:.60}.")
@@ -198,7 +202,9 @@ class Live:
         return scene.replace(k_lo=lo, k_hi=hi)
 
     def draw(self) -> Drawn:
-        """Safe plans, verified in float64: of before, near those, and new. Raises InputError."""
+        """Safe plans, each verified in float64: those of before where they still are, others near
+        them, and new ones. Raises InputError.
+        """
         begin, scene = time.perf_counter(), self.scene()
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
@@ -330,10 +336,11 @@ def _ball(n_p: int) -> tuple[np.ndarray, np.ndarray]:
 def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait: bool = True):
     """Open a page on this machine where obstacles, goal and start are dragged by hand: while they
     move, safe plans are redrawn with the body on its way; on release the set is measured, and where
-    it is empty, what is in the way. source: an answer, or a model with its problem. at: as of
-    `Planner.solve`. port: of this machine alone, or the next that is free. wait: until interrupted;
-    False returns the page, of which `run()` waits and `stop()` ends it. Needs the extra `live`.
-    Raises InputError.
+    it is empty, what is in the way.
+
+    source: an answer, or a model with its problem. at: as of `Planner.solve`. port: of this machine
+    alone, or the next that is free. wait: until interrupted; False returns the page, of which
+    `run()` waits and `stop()` ends it. Needs the extra `live`. Raises InputError.
     """
     if isinstance(source, Answer):
         asked = source.scene.nominal

@@ -209,7 +209,9 @@ class Page:
                 elif "settle" in asked:
                     self._ask("settle")
                 if self._play.value and self._drawn is not None and len(self._drawn.plans):
-                    self._frame()
+                    grid, best = self.live.model.time, self._drawn.plans[:1]
+                    now = int(time.perf_counter() % (grid.t_f + 0.5) / grid.dt)
+                    self._show("body", best, BEST, 0.9, at=[min(now, grid.n_steps)])
             except InputError as error:
                 self._told.content, self._set.content = f"**{error}**", ""
                 self._clear("plans", "best", "set", "body")
@@ -268,12 +270,6 @@ class Page:
                     thickness=1.5,
                     thickness_units="screen",
                 )
-
-    def _frame(self) -> None:
-        """The roomiest plan at this moment."""
-        time_ = self.live.model.time
-        t = int(time.perf_counter() % (time_.t_f + 0.5) / time_.dt)
-        self._show("body", self._drawn.plans[:1], BEST, 0.9, at=[min(t, time_.n_steps)])
 
 
 def about_set(answer: Answer) -> list[str]:

@@ -98,12 +98,8 @@ def options(kind: Backend) -> dict[str, str] | None:
 
 def backend(device=None) -> Backend:
     """The sizes for a device; None: for the kind that JAX is set to."""
-    return CPU if platform_of(device) == "cpu" else ACCELERATOR
-
-
-def platform_of(device: jax.Device | None = None) -> str:
-    """JAX's word for the kind of a device; None: of the one that it is set to."""
-    return jax.default_backend() if device is None else device.platform
+    platform = jax.default_backend() if device is None else device.platform
+    return CPU if platform == "cpu" else ACCELERATOR
 
 
 class Calls(NamedTuple):

@@ -95,12 +95,14 @@ class BatchShield:
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
     It decides as `Shield` does, without certificates. Of a clearance it knows a lower bound, since
     its directions are not searched for: near the least that is asked it may be warier; and no k on
-    an edge between bins is safe to it. [T14, T28, T38] model, system, every, room: as of `Shield`;
-    candidates and rest as by default there. radius: [m] of the robot, a disc. ask, act: as of
-    `Shield`, of one environment, in JAX; seconds are traced. far: [m] the farthest corner of an
-    obstacle from the robot, along an axis; beyond, none begins. All of it is float64: refused where
-    `jax.enable_x64` does not hold. Raises InputError, also for a model of several points, and for
-    `every` at which no run of its claim was left.
+    an edge between bins is safe to it. [T14, T28, T38]
+
+    model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
+        of the robot, a disc.
+    ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
+    far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
+    All of it is float64: refused where `jax.enable_x64` does not hold. Raises InputError, also for
+    a model of several points, and for `every` at which no run of its claim was left.
     """
 
     def __init__(
@@ -187,6 +189,7 @@ class BatchShield:
 
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
+
         Boxes show most proposals safe, directions some more. Of the other environments all
         manoeuvres are ranked in float32; the nearest is judged, until one is safe or none is left.
         """

@@ -78,13 +78,16 @@ class GoalOfPoints(HPolytope):
 @struct.dataclass
 class Problem:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
-    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends of
-    all of them, point by point, then q_f. obstacles: closed polytopes over p. body: Disc or Polygon
-    about the first reference point, or a Body of several parts. start: polytope over p0, or None
-    for anywhere. spans: per obstacle the Span in which it exists, or None for always. uncertainty:
-    uncertainty that safe plans are robust to; `Query.nominal` reduces it. points: names of the
-    reference points that the goal is about, in its order; a model with others, or in another order,
-    is refused. () = not given.
+
+    goal: closed polytope over (p_f, q_f); of a robot with several reference points over the ends
+        of all of them, point by point, then q_f.
+    obstacles: closed polytopes over p.
+    body: Disc or Polygon about the first reference point, or a Body of several parts.
+    start: polytope over p0, or None for anywhere.
+    spans: per obstacle the Span in which it exists, or None for always.
+    uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
+    points: names of the reference points that the goal is about, in its order; a model with others,
+        or in another order, is refused. () = not given.
     """
 
     goal: HPolytope

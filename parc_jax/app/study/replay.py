@@ -208,22 +208,15 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
             "replay_recorded: expected an answer without uncertainty, since recorded runs were "
             "executed as they are; solve the same problem with uncertainty=None."
         )
-    plans, row = starts_of(answer, runs)
-    if not len(plans):
+    # of each run at most STARTS plans that the answer proves safe with its k
+    known = np.flatnonzero(answer.model.domain.contains(runs.k))
+    starts = answer.starts(jax.random.PRNGKey(0), runs.k[known], STARTS)
+    row = np.repeat(known, [len(p0) for p0 in starts])
+    if not len(row):
         return None
+    plans = np.concatenate([np.concatenate(starts), runs.k[row]], axis=1)
     done = replay(runs.select(row), answer.scene, plans)
     made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
     return Recorded(
         done, plans, row, of, int((made != "").sum()), left_out_beside(answer.model.claim, runs)
     )
-
-
-def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
-    """Plans (n, n_p + n_k) that the answer proves safe with the k of the runs, at most STARTS of
-    each, and the rows (n,) of the runs that they belong to.
-    """
-    known = np.flatnonzero(answer.model.domain.contains(runs.k))
-    starts = answer.starts(jax.random.PRNGKey(0), runs.k[known], STARTS)
-    rows = np.repeat(known, [len(p0) for p0 in starts])
-    p0 = np.concatenate([np.zeros((0, answer.model.n_p)), *starts])
-    return np.concatenate([p0, runs.k[rows]], axis=1), rows

@@ -195,11 +195,16 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     hull = convex_hull(corners)
     if hull is None:  # corners that share a facet up to rounding confuse qhull
         hull = convex_hull(corners, "QJ Pp")
-    simplices = None if hull is None else _simplices(corners[hull.vertices])
-    if simplices is None:
+    if hull is None:
         return None
+    corners = corners[hull.vertices]
+    simplices = np.arange(len(corners))[None]  # of a simplex itself: qhull refuses it joggled
+    if len(corners) > len(inside) + 1:
+        simplices = delaunay(corners, "QJ Pp")
+        if simplices is None:
+            return None
     needed = np.unique(np.concatenate([np.asarray(f) for f in cut.dual_facets]).astype(int))
-    vertices = inside + corners[hull.vertices] * scale
+    vertices = inside + corners * scale
     edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
     sizes = np.abs(np.linalg.det(edges))
     volume = float(hull.volume * np.prod(scale))
@@ -221,16 +226,6 @@ def _segment(polytope: HPolytope) -> Solid | None:
         return None
     rows = HPolytope(np.array([[1.0], [-1.0]]), np.array([hi, -lo]))
     return Solid(rows, np.array([[lo], [hi]]), hi - lo, np.array([[0, 1]]), np.ones(1))
-
-
-def _simplices(vertices: np.ndarray) -> np.ndarray | None:
-    """Triangulation (s, n + 1) of the hull of vertices (v, n); a simplex is its own, and qhull
-    refuses it joggled.
-    """
-    v, n = vertices.shape
-    if v == n + 1:
-        return np.arange(v)[None]
-    return delaunay(vertices, "QJ Pp")
 
 
 def sample_solid(shape: Solid, rng: np.random.Generator, n: int) -> np.ndarray:

@@ -78,7 +78,11 @@ def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
         found = _round_vertices(rows, ball.center)
     else:
         found = _flat_vertices(rows, size)
-    return _distinct(found, _SAME * size)
+    distinct: list[np.ndarray] = []  # one of every cluster of points that close per coordinate
+    for q in found[np.lexsort(found.T)]:
+        if not any((np.abs(q - other) <= _SAME * size).all() for other in distinct):
+            distinct.append(q)
+    return np.array(distinct).reshape(-1, p.n)
 
 
 def _round_vertices(p: HPolytope, inside: np.ndarray) -> np.ndarray:
@@ -135,15 +139,6 @@ def _flat_vertices(p: HPolytope, size: float) -> np.ndarray:
     return point + vertices(HPolytope(inner[used], offset[used])) @ free.T
 
 
-def _distinct(points: np.ndarray, distance: float) -> np.ndarray:
-    """One of every cluster of points closer than `distance` per coordinate."""
-    kept: list[np.ndarray] = []
-    for q in points[np.lexsort(points.T)]:
-        if not any((np.abs(q - other) <= distance).all() for other in kept):
-            kept.append(q)
-    return np.array(kept).reshape(-1, points.shape[1])
-
-
 def _unbounded() -> InputError:
     return InputError(
         "vertices: expected a bounded set; its rows leave a direction open. Add the missing rows."
@@ -187,17 +182,10 @@ def _by_pairs(s: HPolytope) -> Box | None:
         rows = involved[:, pair].any(axis=1)
         if np.delete(involved[rows], pair, axis=1).any():
             return None
-        found = _of_polygon(s.A[rows][:, pair], s.b[rows])
-        if found is None:
+        (corners,) = corners_of_many([HPolytope(s.A[rows][:, pair], s.b[rows])])
+        if corners is None:
             return None
-        lo[pair], hi[pair] = np.maximum(lo[pair], found[0]), np.minimum(hi[pair], found[1])
+        off = 2 * OFF * np.abs(corners).max()  # twice, for the sum
+        lo[pair] = np.maximum(lo[pair], corners.min(axis=0) - off)
+        hi[pair] = np.minimum(hi[pair], corners.max(axis=0) + off)
     return Box(lo, hi) if (lo <= hi).all() else None
-
-
-def _of_polygon(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Lower and upper bounds (2,) of the polygon A x <= b, where its corners are known."""
-    (corners,) = corners_of_many([HPolytope(A, b)])
-    if corners is None:
-        return None
-    off = 2 * OFF * np.abs(corners).max()  # twice, for the sum
-    return corners.min(axis=0) - off, corners.max(axis=0) + off

@@ -138,10 +138,11 @@ def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
 
 
 class Outlook(NamedTuple):
-    """Predictions of candidates in the world frame; leading axis b. k (b, n_k). path (b, T + 1,
-    n_p) [m] of the first reference point at all knots. q (b, n_q): the other goal states at the
-    end. heading (b,) [rad] at the end, None where no goal state turns. leave: index of the first
-    knot at which a manoeuvre may be left.
+    """Predictions of candidates in the world frame; leading axis b.
+
+    k (b, n_k). path (b, T + 1, n_p) [m] of the first reference point at all knots. q (b, n_q): the
+    other goal states at the end. heading (b,) [rad] at the end, None where no goal state turns.
+    leave: index of the first knot at which a manoeuvre may be left.
     """
 
     k: np.ndarray
@@ -173,9 +174,10 @@ def moved_last(
     model: TrajectoryModel, k: Float[np.ndarray, "b n_k"]
 ) -> tuple[Float[np.ndarray, " b"], Float[np.ndarray, " b"]]:
     """Motion [m] of the prediction in the last interval, and its excess over the motion that the
-    tube allows for a robot at rest: the largest of all points and axes. A robot at rest is off by
-    at most the tube of the interval at its beginning, and at its end by the lesser of that and the
-    tube at the end. On an edge between bins any of them may allow it.
+    tube allows for a robot at rest: the largest of all points and axes.
+
+    A robot at rest is off by at most the tube of the interval at its beginning, and at its end by
+    the lesser of that and the tube at the end. On an edge between bins any of them may allow it.
     """
     moved, beyond = [], []
     for some in slices(len(k), AT_ONCE):
@@ -217,11 +219,13 @@ def require_rest(
 class Thinking:
     """Thinking time as a part of the manoeuvre: every run of the model begins when pose and speeds
     are measured, continues for `seconds` with the command under way, follows the new one for
-    `held`, then stops. [T39] seconds: [s] from measuring to the first moment of the new command,
-    exactly; the command of a commitment begins at its `begin` plus this. before: given parameters
-    of k that are the command under way, each with the chosen parameter that it continues with, by
-    name or index. held: [s] for which a command is followed. rest: values of `before`, in its
-    order, without a command: from the stop on, and at the first start.
+    `held`, then stops. [T39]
+
+    seconds: [s] from measuring to the first moment of the new command, exactly; the command of a
+    commitment begins at its `begin` plus this. before: given parameters of k that are the command
+    under way, each with the chosen parameter that it continues with, by name or index.
+    held: [s] for which a command is followed. rest: values of `before`, in its order, without a
+    command: from the stop on, and at the first start.
     """
 
     seconds: float
@@ -273,7 +277,9 @@ class UnderWay:
         return f"{told}, from when on the command is ({rest})"
 
     def command(self, last: Commitment | None, at: Fraction) -> np.ndarray:
-        """The command from a time on for `seconds`. Raises InputError where it changes then."""
+        """The command, values of `axes`, that lasts from a time for `seconds`. Raises InputError
+        where it changes in between.
+        """
         if last is None:
             return self.rest
         begun, ended = self.seconds, self.seconds + self._held

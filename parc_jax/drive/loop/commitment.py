@@ -48,14 +48,16 @@ class Begun(list):
 class Commitment:
     """One manoeuvre, safe over all of its time for every run inside the tube; that the robot rests
     at its end is assumed. [T38] Proved in float64 with the margin that covers rounding; `proved`
-    and `certificate` have the exact proof. number: from 0. begin, end: [s] of the loop's clock,
-    from its pose to its end. k (n_k,): values measured at the start, and the command. clearance:
-    [m] from everything, of every run inside the tube. judged: candidates that had a verdict. asked:
-    the nominal problem, from the pose. drift: [m] that was allowed for since the one before, as of
-    `Loop.step`. drifted: [m] all of that in its episode. seen_outside: [s] of the clock when a pose
-    was outside of its tube; the loop adds them, and files tell of the first. episode: one list for
-    all commitments of an episode of one loop, of the one under way. command: when its command is
-    given, in words, where that is not at its begin.
+    and `certificate` have the exact proof.
+
+    number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): values
+    measured at the start, and the command. clearance: [m] from everything, of every run inside the
+    tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
+    [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
+    its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
+    them, and files tell of the first.
+    episode: one list for all commitments of an episode of one loop, of the one under way. command:
+    when its command is given, in words, where that is not at its begin.
     """
 
     number: int
@@ -198,11 +200,12 @@ def left_tube(
 ) -> bool:
     """Test whether the robot left a tube in an episode, at any record of the executed part of a
     manoeuvre. A run that rounding might have put outside, or that is not finite, counts as left.
+
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
-    time between records of the model. heading (n,) [rad]: of a robot whose poses have one. The last
-    manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and other goal
-    states (q), which only `end` rests on. Raises InputError.
+    time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
+    The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
+    other goal states (q), which only `end` rests on. Raises InputError.
     """
     require_whole("left_tube", commitments)
     if (first := commitments[0].number) != 0:
@@ -254,11 +257,12 @@ def left_tube(
 
 def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | None) -> float:
     """Distance [m] of a measured pose from the places that a manoeuvre may have led to by a time of
-    the clock, of the farthest reference point; 0 inside. [T38] k (n_k,): with the parameters
-    measured at the pose; its start places the other points. None where they are not known: of the
-    first point alone, which is where the pose is. The places are a box around the tube, grown by
-    the uncertainty of both poses and ROUNDED. A heading shows in the other points alone, so it is
-    ignored for a robot of one point.
+    the clock, of the farthest reference point; 0 inside. [T38]
+
+    k (n_k,): with the parameters measured at the pose; its start places the other points. None
+    where they are not known: of the first point alone, which is where the pose is.
+    The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
+    heading shows in the other points alone, so it is ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
     model, known = asked.model, asked.problem.uncertainty or Uncertainty()

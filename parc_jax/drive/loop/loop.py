@@ -54,11 +54,13 @@ Prefer = Callable[[Outlook], np.ndarray]
 
 @dataclass(frozen=True)
 class Effort:
-    """The work of one step of a loop. candidates: drawn once, evenly over the chosen parameters.
-    judged: most of these per step, the best first. looks: most tests of a pair of an obstacle and a
-    part, which are nearly all of the work; no further candidate is judged after as many. room: [m]
-    preferred clearance: of the first few safe candidates the cheapest with as much is taken, else
-    the one with most. deadline: [s] of the clock for a step; nothing is committed to after it.
+    """The work of one step of a loop.
+
+    candidates: drawn once, evenly over the chosen parameters. judged: most of these per step, the
+    best first. looks: most tests of a pair of an obstacle and a part, which are nearly all of the
+    work; no further candidate is judged after as many. room: [m] preferred clearance: of the first
+    few safe candidates the cheapest with as much is taken, else the one with most.
+    deadline: [s] of the clock for a step; nothing is committed to after it.
     """
 
     candidates: int = 1024
@@ -80,21 +82,24 @@ class Effort:
 
 class Loop:
     """A robot that drives by one model. Made once, which compiles; `step` is called repeatedly.
-    model: its manoeuvres contain their stop: at the end of each the robot rests, and stays. body:
-    as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which the
-    next one may begin. given: parameters of k measured at the start, names or indices; by default
-    those that the system declares, the only choice where the claim rests on runs. uncertainty: of
-    start and heading, equal at every step. end: set of admissible ends, over all points and q seen
-    from the start with the measured heading, for every heading in its uncertainty; None for all.
-    candidates (b, chosen parameters): to judge at every step; by default `effort.candidates`, even
-    over K. thinking: every run of the model waits for the next command; None where that begins at
-    the very moment of measuring, as in a simulation. clock: [s] from which deadlines count,
-    `time.perf_counter` by default; one that stands still where a simulation waits. Raises
-    InputError for arguments that do not fit the model, for one that does not rest at its end
-    (`require_rest`), and for a time to leave at which no run of its claim was left. A pose outside
-    of the tube of the manoeuvre under way, by more than its uncertainty and drift, begins nothing:
-    a tube was left, a command came late, or the pose is wrong. The manoeuvre continues to its stop,
-    with a sentence by how far, until `restart` begins another episode.
+
+    model: its manoeuvres contain their stop: at the end of each the robot rests, and stays.
+    body: as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which
+    the next one may begin. given: parameters of k measured at the start, names or indices; by
+    default those that the system declares, the only choice where the claim rests on runs.
+    uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
+    points and q seen from the start with the measured heading, for every heading in its
+    uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
+    `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
+    None where that begins at the very moment of measuring, as in a simulation. clock: [s] from
+    which deadlines count, `time.perf_counter` by default; one that stands still where a simulation
+    waits.
+    Raises InputError for arguments that do not fit the model, for one that does not rest at its end
+    (`require_rest`), and for a time to leave at which no run of its claim was left.
+
+    A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
+    begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre
+    continues to its stop, with a sentence by how far, until `restart` begins another episode.
     """
 
     __passing__ = ("_episode", "_last", "under_way", "_before")  # of an episode, not of the loop

@@ -23,10 +23,12 @@ def reserved(
 ) -> tuple[list[HPolytope], list[Span]]:
     """The places of a robot from a moment on, by its manoeuvre under way: its stop and where it
     rests for ever are among them. Obstacles and spans for `Loop.step` of another robot; the last
-    one has all places from its span on, however long: the other then rests. commitment: of the
-    robot that is in the way. at: [s] of the clock that both share, when the pose of the other is
-    measured; not before the manoeuvre began. time: grid of the other's model. every: intervals of
-    it per obstacle; more makes fewer and larger ones. Raises InputError.
+    one has all places from its span on, however long: the other then rests.
+
+    commitment: of the robot that is in the way. at: [s] of the clock that both share, when the pose
+    of the other is measured; not before the manoeuvre began. time: grid of the other's model.
+    every: intervals of it per obstacle; more makes fewer and larger ones.
+    Raises InputError.
     """
     check_kind("reserved commitment", commitment, Commitment)
     check_kind("reserved time", time, TimeGrid)

@@ -82,7 +82,11 @@ class Scenes:
         if self.end is not None:  # of all vertex realisations
             copies = model.n_points // self.model.n_points
             end = copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
-        ends = moved_goal(once(model, everywhere) if end is None else end, model, nominal.at)
+        end = once(model, everywhere) if end is None else end
+        # with its place all points of the robot move; less rounding
+        rows = end.A[:, : model.n_c].reshape(-1, model.n_points, model.n_p)
+        terms = np.abs(rows).sum(axis=(1, 2)) * np.abs(nominal.at).sum() + np.abs(end.b)
+        ends = HPolytope(end.A, end.b + (rows @ nominal.at).sum(axis=1) - ROUNDING * terms)
         nominal = replace(nominal, problem=replace(nominal.problem, goal=ends))
         return padded(lowered(nominal), ROOM, CORNERS)
 
@@ -117,13 +121,6 @@ def _require_now(name: str, span: Span, at: Fraction) -> None:
         f"{name}: expected one for the moment of this pose, {exact(at)} s of the clock; it "
         f"{fault}. Make it anew at every step, with `at`, when all others have decided."
     )
-
-
-def moved_goal(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:
-    """The goal of a robot at a place (n_p,), where all its points move; less rounding."""
-    rows = goal.A[:, : model.n_c].reshape(-1, model.n_points, model.n_p)
-    terms = np.abs(rows).sum(axis=(1, 2)) * np.abs(place).sum() + np.abs(goal.b)
-    return HPolytope(goal.A, goal.b + (rows @ place).sum(axis=1) - ROUNDING * terms)
 
 
 def everywhere(model: TrajectoryModel) -> HPolytope:

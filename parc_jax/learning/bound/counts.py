@@ -40,6 +40,7 @@ RECORDED_IDS = "tested"  # evidence of a claim of tests by recordings: the runs 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
     """Bound, rounded up, on P(more than eps of new runs leave) after n runs with discards. [T2]
+
     sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
     """
     if n <= discard:
@@ -123,10 +124,11 @@ def most_discards(n: int, eps: float, delta: float) -> int:
 
 def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
     """Discards for a holdout of n independent runs, from the largest errors (m,) of runs that have
-    no part in it, infinite for failed ones. They are taken where eps times the width that the tube
-    then needs is least: a tube half as wide is worth twice the eps. At most MOST_SHARE of the
-    holdout is discarded, and more only where no fewer surely leave a finite tube: as many fail, or
-    m is so small that as many might.
+    no part in it, infinite for failed ones.
+
+    They are taken where eps times the width that the tube then needs is least: a tube half as wide
+    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, and more only where no
+    fewer surely leave a finite tube: as many fail, or m is so small that as many might.
     """
     best, least = 0, math.inf
     for discard in range(n):

@@ -65,7 +65,10 @@ def choose_edges(k: np.ndarray, errors: Errors, domain: Box) -> tuple[np.ndarray
             f"{len(k)}. Collect more, or say the bins: bins=({', '.join(['1'] * domain.n)},)."
         )
     per_axis = min(max(2, round(_CELLS ** (1 / domain.n))), _PLACES)
-    thinned = _join_times(np.asarray(errors.interval))
+    interval = np.asarray(errors.interval)
+    # neighbouring intervals joined, to see where to cut K
+    first = np.unique(np.linspace(0, interval.shape[1], _TIMES, endpoint=False).astype(int))
+    thinned = np.maximum.reduceat(interval, first, axis=1).reshape(len(interval), -1)
     flat = np.concatenate([thinned, np.asarray(errors.final)], axis=1)
     places = edges_of(domain, (per_axis,) * domain.n)
     folds = _folds(k, flat, places)
@@ -176,12 +179,6 @@ def _cell_maxima(
     present, first = np.unique(number[order], return_index=True)
     out[present] = np.maximum.reduceat(flat[order], first, axis=0)
     return out.reshape(*grid, -1), np.bincount(number, minlength=len(out)).reshape(grid)
-
-
-def _join_times(interval: np.ndarray) -> np.ndarray:
-    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined, to see where to cut K."""
-    first = np.unique(np.linspace(0, interval.shape[1], _TIMES, endpoint=False).astype(int))
-    return np.maximum.reduceat(interval, first, axis=1).reshape(len(interval), -1)
 
 
 def _bins(cuts: list[np.ndarray]) -> int:

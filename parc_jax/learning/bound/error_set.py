@@ -54,9 +54,10 @@ class ErrorBox:
 @struct.dataclass
 class ErrorTemplate:
     """Errors between pairs of parallel faces, by basis. Build with `template`. Kernels; the leading
-    axes broadcast against those of w. dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over
-    the n directions of a basis. centre, half (..., B, n): of those directions; a basis that is left
-    out is infinitely wide.
+    axes broadcast against those of w.
+
+    dual (..., B, n, n): mu = dual w gives sum mu_j u_j = w over the n directions of a basis.
+    centre, half (..., B, n): of those directions; a basis that is left out is infinitely wide.
     """
 
     dual: np.ndarray

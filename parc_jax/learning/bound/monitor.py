@@ -34,13 +34,15 @@ _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one h
 @dataclass(frozen=True, eq=False)
 class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
+
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
     the tube. peak: largest e-value so far. alpha: bound on the probability of an alarm, ever, under
     a true claim. declared: the law of k that the caller declared, in words. ids, marks, groups,
     spans: of the observed runs by content and by k, their recordings, and their files with the
-    first and the last row of each. missing: rows of these files, by file, that were not observed,
-    among which those that failed may be. failed: of them, those that `closed` counted. lost: of the
-    runs, those made again. laws: of the observed runs, in words. logs: whether any are of a log.
+    first and the last row of each.
+    missing: rows of these files, by file, that were not observed, among which those that failed may
+    be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
+    the observed runs, in words. logs: whether any are of a log.
     """
 
     claim: ErrorClaim
@@ -193,9 +195,11 @@ class Monitor:
 
 def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> Monitor:
     """A fresh monitor of a claim. law: of the driven k, as in `ErrorClaim.risk`; by default that of
-    the claim's runs. Each bet is a likelihood ratio of a fixed larger rate against the claimed one:
-    its wealth is a supermartingale whenever every run, given the past, leaves the tube with
-    probability <= rate. Raises InputError when the claim has no rate.
+    the claim's runs.
+
+    Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
+    supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
+    Raises InputError when the claim has no rate.
     """
     check_network(claim, net)
     alpha = float(as_probability("alpha", alpha))

@@ -8,7 +8,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import flax.linen as nn
 import jax
@@ -89,7 +89,10 @@ def train_report(
     n_fit = max(1, round(len(k) * (1 - HELD)))
     norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
     x = norm.inputs(k).astype(np.float32)
-    targets = _principal(norm.outputs(y[:n_fit])).astype(np.float32)
+    targets = norm.outputs(y[:n_fit])
+    # along their leading principal directions, unwhitened (metres stay metres)
+    _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
+    targets = (targets @ vectors[:, ::-1][:, :COMPONENTS]).astype(np.float32)
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
     batch = min(batch, n_fit)
 
@@ -140,7 +143,8 @@ def _fit_features(
     optimiser = optax.chain(optax.clip_by_global_norm(1.0), optax.adam(schedule))
 
     def loss(params, xb, tb):
-        hidden = _with_one(model.apply(params, xb))
+        hidden = jnp.asarray(model.apply(params, xb))
+        hidden = jnp.concatenate([hidden, jnp.ones((len(hidden), 1), hidden.dtype)], axis=1)
         # the loss is at its minimum over the last layer: its derivative there is zero
         last = jax.lax.stop_gradient(_solve_last(hidden, tb))
         return jnp.mean((hidden @ last - tb) ** 2)
@@ -182,12 +186,6 @@ def _finish(
     return fold([*weights, last[:-1].T], [*biases, last[-1]], norm)
 
 
-def _principal(targets: np.ndarray) -> np.ndarray:
-    """Targets along their leading principal directions, unwhitened (metres stay metres)."""
-    _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
-    return targets @ vectors[:, ::-1][:, :COMPONENTS]
-
-
 def _tail(k: np.ndarray, worst: np.ndarray) -> float:
     """Mean over a grid of K of the largest error in each cell, so that one jump does not decide."""
     bins = 6  # along every axis
@@ -198,10 +196,6 @@ def _tail(k: np.ndarray, worst: np.ndarray) -> float:
     largest = np.full(bins ** k.shape[1], -np.inf)
     np.maximum.at(largest, number, worst)
     return float(largest[np.isfinite(largest)].mean())
-
-
-def _with_one(features: Float[Any, "n width"]):
-    return jnp.concatenate([features, jnp.ones((features.shape[0], 1), features.dtype)], axis=1)
 
 
 def _spread(key, shape, dtype=jnp.float32):

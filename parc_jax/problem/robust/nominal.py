@@ -51,9 +51,11 @@ Cache = dict[tuple, TrajectoryModel]
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A problem for a model, in the world frame. Made by `query`. problem: with its uncertainty and
-    its start set. model: network and error bound. pose: of the robot; None for plans from any
-    start.
+    """A problem for a model, in the world frame. Made by `query`.
+
+    problem: with its uncertainty and its start set.
+    model: network and error bound.
+    pose: of the robot; None for plans from any start.
     """
 
     problem: Problem
@@ -136,12 +138,15 @@ class Query:
 
 @dataclass(frozen=True, eq=False)
 class NominalProblem:
-    """A problem without uncertainty and its model; `Scene` holds its arrays. problem: grown
-    obstacles, shrunken goal and start set; in the robot frame if the pose has a heading. model:
-    with the points, the network and the tube of all vertex realisations. uncertainty: uncertainty
-    that its safe plans are robust to, None for none. at: (n_p,) [m] the one start of its plans,
-    None for any. pose: the pose behind it. query: the query behind it; None where a file has the
-    nominal problem alone.
+    """A problem without uncertainty and its model; `Scene` holds its arrays.
+
+    problem: grown obstacles, shrunken goal and start set; in the robot frame if the pose has a
+        heading.
+    model: with the points, the network and the tube of all vertex realisations.
+    uncertainty: uncertainty that its safe plans are robust to, None for none.
+    at: (n_p,) [m] the one start of its plans, None for any.
+    pose: the pose behind it.
+    query: the query behind it; None where a file has the nominal problem alone.
     """
 
     problem: Problem
@@ -233,8 +238,10 @@ def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
 def nominal_problems(
     problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
 ) -> tuple[list[Problem], TrajectoryModel]:
-    """The nominal problems of a batch, and the one robust model that they share. cache: as of
-    `Query.nominal`. Raises InputError where their uncertainties ask for different models.
+    """The nominal problems of a batch, and the one robust model that they share.
+
+    cache: as of `Query.nominal`.
+    Raises InputError where their uncertainties ask for different models.
     """
     nominal = []
     for row, problem in enumerate(problems):

@@ -23,11 +23,16 @@ SPLIT = 3  # parts of a gap, so that one of any angle is inside of chords
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Beams of one scan; none (`STANDS`) of a place where the body stands. place: (2,) [m] of the
-    sensor. angles: (n,) [rad] of the beams in the frame of the place, increasing. reach: (n,) [m]
-    up to which both gaps beside a beam are free. ends: (n,) [m] ranges of hits, infinite without a
-    hit. off: (n,) [m] bound of the error of a hit. grown: [m] bound of the error of the place.
-    more: bound of the error of a direction, in beams. closed: the last beam is the first.
+    """Beams of one scan; none (`STANDS`) of a place where the body stands.
+
+    place: (2,) [m] of the sensor.
+    angles: (n,) [rad] of the beams in the frame of the place, increasing.
+    reach: (n,) [m] up to which both gaps beside a beam are free.
+    ends: (n,) [m] ranges of hits, infinite without a hit.
+    off: (n,) [m] bound of the error of a hit.
+    grown: [m] bound of the error of the place.
+    more: bound of the error of a direction, in beams.
+    closed: the last beam is the first.
     """
 
     place: np.ndarray
@@ -200,10 +205,12 @@ class FreeSpace:
         self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
     ) -> "FreeSpace":
         """The part that is still free after its frame has drifted, as that of odometry does. [T41e]
-        place: (x, y) [m] at which the drift is bounded, or (x, y, heading). moved: [m] bound, a
-        radius, or half axes of an ellipse along the heading and across it: odometry of wheels is
-        worse along. turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises
-        InputError.
+
+        place: (x, y) [m] at which the drift is bounded, or (x, y, heading).
+        moved: [m] bound, a radius, or half axes of an ellipse along the heading and across it:
+            odometry of wheels is worse along.
+        turned: [rad] bound. Far parts lose more: restrict it first (`within`).
+        Raises InputError.
         """
         middle = package("shapely", CALL).Point(_place(place))
         along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
@@ -229,12 +236,14 @@ class FreeSpace:
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
     ) -> "FreeSpace":
-        """The part around a place, with few corners: its `obstacles` go to `reach_avoid`. place:
-        (x, y), or (x, y, heading), of the robot. reach: [m] half width of the square around it. The
-        sides of the square become obstacles as well: a manoeuvre that leaves it is not safe.
-        tolerance: [m] bound by which the boundary moves inwards; it never moves outwards. most:
-        pieces; where there are more, the tolerance is doubled, at most twice. Raises InputError
-        where the place has no free space around it.
+        """The part around a place, with few corners: its `obstacles` go to `reach_avoid`.
+
+        place: (x, y), or (x, y, heading), of the robot.
+        reach: [m] half width of the square around it. The sides of the square become obstacles as
+            well: a manoeuvre that leaves it is not safe.
+        tolerance: [m] bound by which the boundary moves inwards; it never moves outwards.
+        most: pieces; where there are more, the tolerance is doubled, at most twice.
+        Raises InputError where the place has no free space around it.
         """
         shapely = package("shapely", CALL)
         base, middle = self.within(place, reach), shapely.Point(_place(place))
@@ -255,8 +264,11 @@ class FreeSpace:
         return min(found, key=lambda one: len(one._edges()))
 
     def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
-        """Does a body lie inside, in one part? It must at the start. [T41] corners: (n, 2) [m], the
-        body is their hull. uncertainty: [m] bound of the error of its place. Raises InputError.
+        """Does a body lie inside, in one part? It must at the start. [T41]
+
+        corners: (n, 2) [m], the body is their hull.
+        uncertainty: [m] bound of the error of its place.
+        Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
@@ -287,9 +299,11 @@ class FreeSpace:
 
 
 def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
-    """The free space under a body, the hull of its corners (n, 2) [m]. margin: [m] grown by this,
-    declared by a person who has looked around the robot before its start; negative: shrunk by the
-    uncertainty of the pose. Raises InputError.
+    """The free space under a body, the hull of its corners (n, 2) [m].
+
+    margin: [m] grown by this, declared by a person who has looked around the robot before its
+        start; negative: shrunk by the uncertainty of the pose.
+    Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
     if not (np.ndim(margin) == 0 and np.isfinite(margin)):

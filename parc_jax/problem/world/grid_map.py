@@ -20,9 +20,11 @@ CALL = "occupancy_grid"
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
-    """The free cells of a map. From `load_map` or `occupancy_grid`. free: (rows, columns) bool, row
-    0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m] side of a cell. origin: (x, y,
-    yaw) [m, rad] of the outer corner of cell (0, 0); rows are stacked along y turned by yaw.
+    """The free cells of a map. From `load_map` or `occupancy_grid`.
+
+    free: (rows, columns) bool, row 0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m]
+    side of a cell. origin: (x, y, yaw) [m, rad] of the outer corner of cell (0, 0); rows are
+    stacked along y turned by yaw.
     """
 
     free: np.ndarray
@@ -101,13 +103,15 @@ def occupancy_grid(
     *,
     inflated: bool | None = None,
 ) -> GridMap:
-    """The map of a nav_msgs/OccupancyGrid. Raises InputError. data: (height, width) whole numbers:
-    -1, or 255 unsigned, unknown; 0 ... 100 percent occupied. The message has them flat:
-    np.array(data).reshape(height, width). resolution: [m]. origin: (x, y, yaw) [m, rad] of the
-    outer corner of cell (0, 0). Free are cells occupied with less than FREE_THRESH; unknown is
-    never free. inflated: a costmap is refused, as its inflation hides unknown cells, and robots
-    come out larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99,
-    which costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
+    """The map of a nav_msgs/OccupancyGrid. Raises InputError.
+
+    data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
+    The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
+    y, yaw) [m, rad] of the outer corner of cell (0, 0). Free are cells occupied with less than
+    FREE_THRESH; unknown is never free.
+    inflated: a costmap is refused, as its inflation hides unknown cells, and robots come out
+    larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99, which
+    costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
     """
     cells = np.asarray(data)
     if cells.ndim != 2 or cells.dtype.kind not in "iu":

@@ -105,13 +105,15 @@ def mover_runs(
     bridge: float | None = None,
 ) -> RolloutBatch:
     """Windows of logged tracks as runs for `pj.learn`: k as of `Mover`, p in the frame of the mover
-    at the beginning of the window, ahead along x. Raises InputError. tracks: times (n,) [s] and
-    places (n, 2) [m] of each. time: the grid of a window. of: name of the mover of each track;
-    pieces of one are one group, and so one unit of a bound. step: [s] between the places from which
-    a mover is seen. most: [m/s] greatest speed. name: of the law. every: [s] between windows of a
-    track; for training. rng: instead one window of each track, at a time drawn evenly from those
-    whose window is all within it; as `holdout`. bridge: [s] between places up to which the mover is
-    taken to have gone straight, by default a step, and two record steps at most.
+    at the beginning of the window, ahead along x. Raises InputError.
+
+    tracks: times (n,) [s] and places (n, 2) [m] of each. time: the grid of a window. of: name of
+    the mover of each track; pieces of one are one group, and so one unit of a bound. step: [s]
+    between the places from which a mover is seen. most: [m/s] greatest speed. name: of the law.
+    every: [s] between windows of a track; for training. rng: instead one window of each track, at a
+    time drawn evenly from those whose window is all within it; as `holdout`. bridge: [s] between
+    places up to which the mover is taken to have gone straight, by default a step, and two record
+    steps at most.
     """
     every = every if every is None else float(as_float64("mover_runs every", every, ()))
     n, movers = (len(x) if hasattr(x, "__len__") else 0 for x in (tracks, of))

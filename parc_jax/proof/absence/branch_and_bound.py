@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.absence.errors import BinErrors
 from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
 from parc_jax.proof.absence.reasons import Reasons
@@ -38,7 +37,12 @@ class BranchAndBound:
         self.examiner = Examiner(scene, errors)
         self.reasons = Reasons(scene, errors)
         self.spread = _spread(len(root.lo))
-        self.cost_of_bounds = _cost_of_bounds(model.net)
+        # of bounds over a box for the checker, in evaluations of the network, about: each neuron is
+        # followed back from both sides
+        sizes = np.array([W.size for W in model.net.weights])
+        before = np.cumsum([0, *sizes[:-1]])
+        products = 2 * (np.array([len(W) for W in model.net.weights[:-1]]) * before[:-1]).sum()
+        self.cost_of_bounds = 1 + int(products / sizes.sum())
         # what the steps change
         self._order = itertools.count()
         self._waiting: list[tuple[float, int, Node]] = []
@@ -128,16 +132,6 @@ class BranchAndBound:
         safe = verdicts(self.scene, p0, k).safe
         if safe.any():
             self.safe_plan = (p0[safe][0], k[safe][0])
-
-
-def _cost_of_bounds(net: ReLUNetwork) -> int:
-    """Of bounds over a box for the checker, in evaluations of the network, about: each neuron is
-    followed back from both sides.
-    """
-    sizes = np.array([W.size for W in net.weights])
-    before = np.cumsum([0, *sizes[:-1]])
-    products = 2 * (np.array([len(W) for W in net.weights[:-1]]) * before[:-1]).sum()
-    return 1 + int(products / sizes.sum())
 
 
 def _spread(n: int) -> np.ndarray:

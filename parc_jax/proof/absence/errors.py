@@ -163,7 +163,10 @@ class BinErrors:
             self._inner = inner.reshape(*inner.shape[:2], -1)
             errors = self.templates.final.errors
             self._goal_most = np.stack([errors.support(a) for a in goal_A], axis=1)
-        self._inner_at_end = kept_at_end(self._inner, final)
+        # the end satisfies the final ones and, in its positions, those of the last interval [T30]
+        last = self._inner[..., -1, :]
+        positions, others = np.split(final, [last.shape[-1]], axis=-1)
+        self._inner_at_end = np.concatenate([np.minimum(positions, last), others], axis=-1)
         self._farthest: dict[int, np.ndarray] = {}  # by bin: linear programs are slow
 
     def over(self, lo: np.ndarray, hi: np.ndarray) -> OverBins:
@@ -229,15 +232,6 @@ class BinErrors:
                 if a @ error > a @ found[row] and holds(rows, error):
                     found[row] = error
         return found
-
-
-def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
-    """Half widths (..., n_c + n_q) at the end of a trajectory, which satisfies the final ones and,
-    in its n_c positions, to those of the last interval. interval: (..., T, n_c). [T30]
-    """
-    last = interval[..., -1, :]
-    n = last.shape[-1]
-    return np.concatenate([np.minimum(final[..., :n], last), final[..., n:]], axis=-1)
 
 
 def end_rows(templates: Templates, bin: int) -> list[tuple[list[Fraction], Fraction]]:

@@ -238,7 +238,9 @@ def _tightest(
         target = [Fraction(sign * (j == axis)) for j in columns]
         choices = itertools.combinations(coupled, len(columns))
         for used in itertools.islice(choices, MOST_COMBINATIONS):
-            m = _combination([[rows[i][j] for j in columns] for i in used], target)
+            basis = Basis(len(target))
+            independent = all(basis.add([rows[i][j] for j in columns]) for i in used)
+            m = basis.coordinates(target) if independent else None
             if m is not None and min(m) >= 0:
                 pairs = [(i, v) for i, v in zip(used, m, strict=True) if v > 0]
                 found.append((sum(v * bounds[i] for i, v in pairs), pairs))
@@ -259,9 +261,3 @@ def _coupled(rows: list[list[Fraction]], axis: int) -> tuple[list[int], list[int
         if wider == columns:
             return sorted(columns), tied
         columns = wider
-
-
-def _combination(rows: list[list[Fraction]], target: list[Fraction]) -> list[Fraction] | None:
-    """m with sum m_i rows_i = target for n rows of length n, None when they are dependent."""
-    basis = Basis(len(target))
-    return basis.coordinates(target) if all(basis.add(row) for row in rows) else None

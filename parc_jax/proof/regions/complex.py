@@ -261,7 +261,9 @@ class Budget:
     def __init__(self, regions: int, seconds: float, memory: int | None, n_columns: int):
         self.regions = regions
         self.seconds = seconds
-        self.memory = memory if memory is not None else _half_of_the_machine()
+        if memory is None and hasattr(os, "sysconf"):  # half of the machine's
+            memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+        self.memory = 4 << 30 if memory is None else memory  # Windows does not tell
         self.n_columns = n_columns
         self.start = time.perf_counter()
         self.column = 0
@@ -293,9 +295,3 @@ class Budget:
             f"{self.found} regions, {seconds:.1f} s. Nothing is returned, since a part would not "
             "cover the domain. Shrink the domain or the network, or raise the cap."
         )
-
-
-def _half_of_the_machine() -> int:
-    if not hasattr(os, "sysconf"):  # Windows
-        return 4 << 30
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2

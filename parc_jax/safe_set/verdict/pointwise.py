@@ -144,10 +144,12 @@ def verdict_in_turn(
 ) -> tuple[Verdicts, jax.Array, jax.Array]:
     """The same, pair by pair, the nearest bounding boxes first: until all others are farther than
     the least gap so far, or one is touched. The clearance of a safe plan is that of all pairs.
-    Kernel, not for vmap. bins: the first n_bins contain k, whose errors together one direction has
-    to allow for, as a proof has it [T28]. first: the pair tested first, negative for the nearest
-    box. Returns also the pair that the plan touches, which a plan beside it may touch as well, and
-    the number of pairs tested, which is nearly all of the work.
+    Kernel, not for vmap.
+
+    bins: the first n_bins contain k, whose errors together one direction has to allow for, as a
+    proof has it [T28]. first: the pair tested first, negative for the nearest box.
+    Returns also the pair that the plan touches, which a plan beside it may touch as well, and the
+    number of pairs tested, which is nearly all of the work.
     """
     seen = prediction(net, tube, scene, p0, k, bins[0])
 
