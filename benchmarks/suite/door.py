@@ -65,6 +65,8 @@ class Door:
             except OSError:
                 return
             with self._line as line:
+                if not self._open:  # closed before it knew of this client, whom nobody else wakes
+                    return
                 line.settimeout(PATIENCE)
                 try:
                     send(line, *self._answered(line))

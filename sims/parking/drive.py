@@ -187,7 +187,7 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
     around, spare = pieces_of(case), loop_with(loop.model, loop.uncertainty)
     now, at = Moving(case.start), 0.0
     new, path, times = [], [now.pose[None]], [np.zeros(1)]
-    driven, tries, why, way, i = 0.0, 0, "", None, 0
+    driven, why, way, i = 0.0, "", None, 0
     proved, best, thought = False, IN_THE_SLOT, 0.0
     shares = iter(CLEAR)
     shift = float(np.linalg.norm(loop.uncertainty.shifts(2)))
@@ -204,7 +204,6 @@ def drive(case: Case, loop: pj.drive.Loop, key, within=GOAL) -> Parked:
             if share is not None:
                 guide.share = share
                 way, i = guide.search(known, now.wheels, tried), 0
-                tries += 1
                 if way is None:
                     why = f"no way was found within {BUDGET - guide.left:,} of {BUDGET:,} poses"
                     continue

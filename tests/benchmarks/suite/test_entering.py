@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -148,6 +149,29 @@ def test_what_is_no_request_is_refused_and_runs_nothing(tmp_path, head):
         line.sendall(struct.pack("<I", len(head)) + head)
         said, runs = receive(line)
         assert said.startswith("rollout: expected 1 to") and not runs and not door.used
+
+
+def test_a_door_that_closes_while_a_client_enters_waits_for_nobody(tmp_path, monkeypatch):
+    closes, accept = threading.Event(), socket.socket.accept
+
+    def late(listener):
+        found = accept(listener)
+        closes.wait()
+        return found
+
+    monkeypatch.setattr(socket.socket, "accept", late)
+    door = Door(load("puck"), 100, tmp_path)
+    door.__enter__()
+    with socket.socket(socket.AF_UNIX) as line:
+        line.connect(str(tmp_path / "door"))
+        closing = threading.Thread(target=door.__exit__, args=(None,) * 3, daemon=True)
+        closing.start()
+        while door._open:
+            time.sleep(0.01)
+        time.sleep(0.2)  # [s] until it has looked for whom to wake
+        closes.set()
+        closing.join(20.0)  # [s], where a client may say nothing for half as long again
+        assert not closing.is_alive()
 
 
 STOPPED = """
