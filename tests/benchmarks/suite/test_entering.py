@@ -8,7 +8,6 @@ import struct
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
@@ -152,24 +151,24 @@ def test_what_is_no_request_is_refused_and_runs_nothing(tmp_path, head):
 
 
 def test_a_door_that_closes_while_a_client_enters_waits_for_nobody(tmp_path, monkeypatch):
-    closes, accept = threading.Event(), socket.socket.accept
+    enters, closes, accept = threading.Event(), threading.Event(), socket.socket.accept
 
     def late(listener):
         found = accept(listener)
+        enters.set()
         closes.wait()
         return found
 
     monkeypatch.setattr(socket.socket, "accept", late)
     door = Door(load("puck"), 100, tmp_path)
     door.__enter__()
+    joins = door._thread.join  # asked for once the door has looked for whom to wake
+    monkeypatch.setattr(door._thread, "join", lambda: (closes.set(), joins()))
     with socket.socket(socket.AF_UNIX) as line:
         line.connect(str(tmp_path / "door"))
+        assert enters.wait(20.0)
         closing = threading.Thread(target=door.__exit__, args=(None,) * 3, daemon=True)
         closing.start()
-        while door._open:
-            time.sleep(0.01)
-        time.sleep(0.2)  # [s] until it has looked for whom to wake
-        closes.set()
         closing.join(20.0)  # [s], where a client may say nothing for half as long again
         assert not closing.is_alive()
 
