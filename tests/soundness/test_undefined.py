@@ -139,7 +139,7 @@ def test_in_turn_as_side_by_side():
     p0, k = anchored_plans(np.random.default_rng(5), model, CHUNK)
     first = int(np.argmax(verdicts(scene, p0, k).safe))
     plan = [p0[first], k[first]]
-    bins = model.tube.bin_of(k[first][None]).astype(np.int32)
+    bins = jnp.asarray(model.tube.bin_of(k[first][None]).astype(np.int32))
     known = model.net, model.tube, scene.arrays
     judge = jax.jit(lambda p, x: verdict_in_turn(*known, p, x, bins, 1, np.int32(-1))[0])
     assert judge(*plan).safe

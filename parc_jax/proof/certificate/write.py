@@ -180,15 +180,18 @@ def separating(
 def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
     """Certificate of one safe point; path (T + 1, n_c) is its prediction."""
     table, bins = scene.directions, each_bin(tube.edges, k[None])[1]
-    errors, sep = reduce(lambda known, bin: known.wider(bin), map(tube.during, bins)), []
+    of_all, sep = reduce(lambda known, bin: known.wider(bin), map(tube.during, bins)), []
     for o, holds in enumerate(separating(scene, tube, k, path)):
         exists = np.flatnonzero(scene.obstacles.active[o])
         chosen = []
         for d, t in zip(longest_lasting(holds[:, exists]), exists, strict=True):
             if d >= 0:
                 chosen.append(table.multipliers[o][d])
-            else:  # none of the table separates: the direction of the largest gap
-                _, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))
+            else:  # none of the table separates: the direction of the largest gap, for all bins
+                for errors in (of_all, tube.during(bins[0])):  # or for one, where no set holds all
+                    gap, clearest = scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))
+                    if gap > 0:
+                        break
                 chosen += table.nearest_of_many(o, clearest[None])
         sep.append(merged_runs(chosen, exists))
     if scene.apart is not None:
