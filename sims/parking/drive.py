@@ -333,7 +333,8 @@ def starts_for(k: np.ndarray, now: Moving) -> list[float]:
     if now.speed:
         return [float(c.start_of(now.speed))]
     share = standing(steering(k)[0][0] - now.wheels, k[0, 0])
-    return [float(c.starts_at(max(one, LITTLE))) for one in (share, 0.5 * (1.0 + share), 1.0)]
+    shares = (max(share, LITTLE), 0.5 * (1.0 + share), 1.0)
+    return list(dict.fromkeys(float(c.starts_at(one)) for one in shares))
 
 
 def shuffle(loop, around, now: Moving, gear, case, within, goal, at):
