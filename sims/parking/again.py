@@ -15,7 +15,7 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.learning.bound.measure import scores_of
 from sims.parking import car as c
-from sims.parking.drive import MODEL
+from sims.parking.predict import MODEL
 
 
 @dataclass(frozen=True)

@@ -11,19 +11,11 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import moved_last
 from parc_jax.drive.loop.commitment import Commitment
 from sims.parking.cases import case, numbers
-from sims.parking.drive import (
-    MODEL,
-    Moving,
-    goal_of,
-    guide_of,
-    link,
-    loop_of,
-    pieces_of,
-    predicted,
-    told,
-    tube_at,
-)
+from sims.parking.guide import Guide
 from sims.parking.kinematics import compose, steering
+from sims.parking.known import Learned
+from sims.parking.predict import MODEL, predicted, told, tube_at
+from sims.parking.prove import Moving, goal_of, link, loop_of
 
 
 @dataclass(frozen=True)
@@ -72,7 +64,7 @@ def ahead(number: int) -> Chain:
     """
     known = case(number)
     model = pj.load(MODEL, system="parking")
-    way = guide_of(known, model, rolling=False).search()
+    way = Guide(known, Learned(known, model), rolling=False).search()
     if way is None:
         return Chain(0, 0, [], [], [], [known.start])
     pose, wheels, off, turned = known.start, 0.0, 0.0, 0.0
@@ -81,7 +73,7 @@ def ahead(number: int) -> Chain:
         loop = loop_of(MODEL, off, turned)
         loop.restart()
         goal = goal_of(known, pose) if i == len(way.k) - 1 else None
-        step = link(loop, pieces_of(known), Moving(pose, wheels), way, i, goal, 0.0)
+        step = link(loop, known.pieces, Moving(pose, wheels), way, i, goal, 0.0)
         if not step.new:
             break
         driven.append(step.committed)

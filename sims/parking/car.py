@@ -37,6 +37,7 @@ TIGHT = WHEELBASE * BEND / math.tan(TURN)  # [m] of the longest way that may tur
 # between it is linear, as the way itself is and as the network is by parts
 WAYS = np.array([0.0, 0.2, 1.0, TIGHT, WAY])
 SHARES, LEAVE = 16, 9  # intervals of the way, and those of them before it may be left while rolling
+ROLLS_ON = LEAVE + 1  # likewise, the interval of the standing car included
 # of what k has as its start: below TURNED the wheels turn before the car drives, at STANDS while it
 # drives, in between both; above it rolls, at 1 with SPEED. AT_REST: where the wheels are turned
 TURNED, STANDS, AT_REST = 0.2, 0.4, 0.1

@@ -11,6 +11,7 @@ import parc_jax as pj
 from sims.parking.car import LENGTH, WAY, corners
 
 FILE = Path(__file__).with_name("cases.json")
+GOAL = (0.1, np.radians(2.0))  # [m] along and across, [rad]: how far from the goal is in it
 FAR = 200.0  # [m] from the start: goals that are farther are refused
 # [m] from the rear axle: obstacles that are farther are reached by no manoeuvre
 NEAR = WAY + LENGTH + 1.0
@@ -28,8 +29,12 @@ class Case(NamedTuple):
 
     @property
     def pieces(self) -> list:
-        """Convex polytopes that cover the outlines."""
-        return [piece for one in self.outlines for piece in pj.problem.convex_pieces(one)]
+        """Convex polytopes that cover the outlines, each with the outline that it is of."""
+        return [
+            (piece, shape)
+            for one, shape in zip(self.outlines, self.shapes, strict=True)
+            for piece in pj.problem.convex_pieces(one)
+        ]
 
     @property
     def shapes(self) -> list:

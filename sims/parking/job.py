@@ -10,17 +10,19 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.drive.loop.episode_file import load_episode
-from sims.parking.car import SHARES
-from sims.parking.cases import FILE, case, numbers
-from sims.parking.drive import GOAL, LEFT, MODEL, Parked, drive, loop_of
+from sims.parking.car import ROLLS_ON, SHARES
+from sims.parking.cases import FILE, GOAL, case, numbers
+from sims.parking.drive import Parked, drive
 from sims.parking.film import draw, sheet
+from sims.parking.predict import MODEL
+from sims.parking.prove import loop_of
 
 SHIPPED = {1: 10.8, 2: 14.4, 4: 38.3, 5: 8.9}  # [s] of a public planner; 4 and 5 touch
 CLOCK = (
     f"what is told in s is progress, no time: 1 to turn the wheels, {SHARES} for equal shares of "
     "the way, 1 to brake; nothing is said between records, four of them in each of these; a "
-    f"manoeuvre left after {LEFT} of them is left while the car rolls, and what is measured then "
-    "is known at once"
+    f"manoeuvre left after {ROLLS_ON} of them is left while the car rolls, and what is measured "
+    "then is known at once"
 )
 MOST_TURNED = 90  # [degrees] that a goal may leave to the heading
 HEAD = (

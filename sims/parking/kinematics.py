@@ -11,7 +11,8 @@ LONGEST, MOST = 0.97 * c.WAY, 0.9  # [m], and share of the steering
 # [m, rad] from a target: there; near enough to stop; and too far after 4 of 8 steps
 THERE, SURELY, HOPELESS = 0.003, 3e-4, 0.1
 PARTS = 16  # arcs of which a way is made, at least
-LEFT = c.LEAVE / c.SHARES  # of the way after which a manoeuvre is left while the car rolls
+UPTO = c.LEAVE / c.SHARES  # share of the way from whose end on the car may roll into the next one
+SAMPLED = 0.3  # [m] of way between poses that are looked at
 # [rad] by which wheels may be wrong where the car begins to drive from rest, on so long a way [m]
 UNTURNED, FREE = 0.5, 3.0
 
@@ -39,6 +40,12 @@ def steering(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(b,) [rad] first and last of manoeuvres k (b, 3)."""
     most = c.most_steering(k[:, 0])
     return most * k[:, 1], most * k[:, 2]
+
+
+def leaves(k: np.ndarray, rolls_on: np.ndarray) -> np.ndarray:
+    """(b,) [rad] of the wheels where manoeuvres k (b, 3) end, or where the car rolls on."""
+    first, last = steering(k)
+    return np.where(rolls_on, first + (last - first) * UPTO, last)
 
 
 def backwards(k: np.ndarray) -> np.ndarray:
@@ -82,9 +89,9 @@ def seconds(k: np.ndarray, begins=0.0) -> np.ndarray:
 
 
 def rolls(k: np.ndarray, begins=0.0) -> tuple[np.ndarray, np.ndarray]:
-    """(b,) [s] until manoeuvres k (b, 3) are left, and the speed [m/s] at which the car rolls."""
+    """(b,) [s] until the car rolls on from manoeuvres k (b, 3), and its speed [m/s] there."""
     plan = planned(k, begins)
-    return c.passes(plan, LEFT * plan.way)
+    return c.passes(plan, UPTO * plan.way)
 
 
 def planned(k: np.ndarray, begins=0.0) -> c.Plan:
@@ -115,3 +122,28 @@ def reach_exactly(
         k[going] = np.clip(k[going] - np.clip(change, -0.8, 0.8), -most, most)
     off = predict(k)[:, -1] - targets
     return k, np.abs(off).max(axis=1) < THERE
+
+
+def joined(
+    poses: np.ndarray, others: np.ndarray, upto: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Manoeuvres (3 n, 3) from poses (n, 3) to others (n, 3), three of each pair, one behind the
+    other; and (3 n,) whether they lead there after a share of their way.
+    """
+    target = offset_from(poses, others)
+    far = np.hypot(target[:, 0], target[:, 1]) / upto
+    way = np.copysign(np.maximum(far, 0.1), target[:, 0])
+    near = (far < LONGEST) & (np.abs(target[:, 2]) < c.BEND)
+    bend = target[:, 2] / (upto * way) * c.WHEELBASE / np.tan(c.most_steering(way))
+    guess = [np.stack([way, bend + a, bend - a], axis=1) for a in (-0.6, 0.0, 0.6)]
+    most = np.array([LONGEST, MOST, MOST])
+    k = np.clip(np.concatenate(guess), -most, most)
+    near, target = np.tile(near, 3), np.tile(target, (3, 1))
+    there = np.zeros(len(k), bool)
+    k[near], there[near] = reach_exactly(target[near], k[near], lambda k: ends(k, 1, upto))
+    return k, there
+
+
+def samples_of(k: np.ndarray) -> np.ndarray:
+    """(b,) poses that are looked at along manoeuvres k (b, 3)."""
+    return np.maximum(1, np.ceil(np.abs(k[:, 0]) / SAMPLED).astype(int))

@@ -12,8 +12,9 @@ import shapely
 import parc_jax as pj
 from sims.parking import car as c
 from sims.parking.cases import NEAR, Case, case
-from sims.parking.drive import goal_of, model, pieces_of
 from sims.parking.kinematics import offset_from
+from sims.parking.predict import model
+from sims.parking.prove import goal_of
 from sims.rectangle import rectangle
 
 SHOWN = 60  # plans of a picture
@@ -36,7 +37,7 @@ def last_set(seen: Case, settings: pj.Settings | None = None, seed: int = 0) -> 
     wheels turned as they may be. settings: as of `Planner.solve`.
     """
     here = shapely.Point(seen.goal[:2])
-    near = [piece for piece, shape in pieces_of(seen) if shape.distance(here) < NEAR]
+    near = [piece for piece, shape in seen.pieces if shape.distance(here) < NEAR]
     free = pj.Uncertainty(given={"steering before": "free", "start": c.AT_REST})
     problem = pj.reach_avoid(goal_of(seen, np.zeros(3)), near, rectangle(), uncertainty=free)
     return pj.Planner(model()).solve(problem, jax.random.PRNGKey(seed), settings)

@@ -11,8 +11,11 @@ import numpy as np
 
 from sims.parking import car as c
 from sims.parking.cases import Case, case_of
-from sims.parking.drive import drive, guide_of, loop_of, model
+from sims.parking.drive import drive
 from sims.parking.guide import BUDGET, Guide
+from sims.parking.known import Exact, Learned
+from sims.parking.predict import model
+from sims.parking.prove import loop_of
 
 GAPS = (7.0, 6.4, 6.0, 5.8, 5.6, 5.4, 5.2, 5.1)  # [m]
 CURB, STREET = 0.3, 5.5  # [m] beside a parked car: to the curb, and to what is across the street
@@ -65,8 +68,7 @@ def street(gap: float) -> Case:
 def tried(gap: float, seed: int = 0) -> Gap:
     """Search for a way without a tube, and park."""
     known = street(gap)
-    exact = Guide(known, share=0.0, rolling=False)
-    found = exact.search()
+    found = Guide(known, Exact(known, tube=0.0), rolling=False).search()
     one = drive(known, loop_of(), jax.random.PRNGKey(seed))
     return Gap(
         length=gap,
@@ -79,11 +81,10 @@ def tried(gap: float, seed: int = 0) -> Gap:
 
 def cost_of_a_pose(known: Case) -> float:
     """[s] of processor time for each pose that a search with the tubes of the model follows."""
-    guide = guide_of(known, model())
-    guide.spreads = ()  # the search alone: what is found is not made quicker
+    guide = Guide(known, Learned(known, model()))
     begin = time.process_time()
-    guide.search()
-    return (time.process_time() - begin) / max(1, BUDGET - guide.left)
+    guide.first(known.start)
+    return (time.process_time() - begin) / max(1, BUDGET - guide.budget)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""The room around a car among the obstacles of a case, and how far it is for a car in it."""
+"""The room around a car among the obstacles of a case: how much there is, how much a manoeuvre has
+to have, and how far it is for a car in it.
+"""
 
 import numpy as np
 import shapely
@@ -15,6 +17,8 @@ BORDER = 11.0  # [m] of grid around start and goal
 SPACING = 0.2  # [m] between points of the outline
 LIKED = 0.35  # [m] of clearance that is liked: more is not told apart
 TIGHT = 0.25  # [m] of clearance below which outlines are asked, not the grid
+# [m] of clearance beside a tube's; a manoeuvre needs none above this share of that at start or goal
+LEAST, ENOUGH = 0.01, 0.7
 DISC = 0.7  # [m] radius of a disc around the rear axle that is in the car
 DISCS = 4  # along the car, that together hold it
 BLOCK, SECTORS = 0.4, 24  # [m] and number of headings of the grid of ways
@@ -26,9 +30,10 @@ UNREACHED = 90.0  # [s] that a place counts as to which no way leads
 
 
 class Space:
-    """The room in a case."""
+    """The room in a case. share: of its tube's width by which a manoeuvre has to be clear."""
 
     def __init__(self, case: Case):
+        self.share, self._goal = 1.0, case.goal
         both = np.stack([case.start[:2], case.goal[:2]])
         self._lo = both.min(axis=0) - BORDER
         shape = np.ceil((both.max(axis=0) + BORDER - self._lo) / CELL).astype(int) + 1
@@ -81,6 +86,21 @@ class Space:
             found[near] = np.minimum(least, LIKED)
         return found
 
+    def room(self, pose: np.ndarray, exact: bool = False) -> float:
+        """[m] of clearance that no manoeuvre from a pose (3,) has to have: it and the goal have
+        little more.
+        """
+        return ENOUGH * float(self.around(np.array([pose, self._goal]), exact).min())
+
+    def needed(self, widths, room: float):
+        """[m] of clearance that manoeuvres have to have, of their tubes' widths [m], and `room`."""
+        return np.minimum(self.share * widths + LEAST, room)
+
+    def clears(self, poses: np.ndarray, width: float) -> bool:
+        """Has a manoeuvre along poses (n, 3) the clearance that it needs?"""
+        least = float(self.around(poses, True).min())
+        return least >= self.needed(width, self.room(poses[0], True))
+
     def joins(self, one: np.ndarray, other: np.ndarray) -> bool:
         """Does a way lead from a place (2,) to another for a disc in the car?"""
         parts = label(self._far > DISC)[0]
@@ -101,7 +121,7 @@ class Space:
             found.append(minimum_filter(took, (1, 3, 3)))
         return np.minimum(np.minimum(found[0], found[1] + SQUEEZED), UNREACHED)
 
-    def left(self, ways: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    def takes(self, ways: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """(n,) [s] at poses (n, 3), of what `ways_from` returned."""
         return ways[self._cell(poses, ways.shape)]
 
