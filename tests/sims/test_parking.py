@@ -33,6 +33,7 @@ from sims.parking import (
     rehearse,
     shortest,
     space,
+    turned,
 )
 from sims.parking.job import Options, park, park_all
 from sims.parking.way import Way, lasts
@@ -192,6 +193,16 @@ def test_the_judge_sees_a_contact_between_records():
     path = np.array([REST, [8.0, 0.0, 0.0]])  # neither the first nor the last pose is at 4.5 m
     assert drive.judged(case, path) == 0.0
     assert drive.judged(case, path - [0.0, 0.5, 0.0]) == pytest.approx(0.499, abs=1e-6)
+
+
+def test_a_case_that_is_turned_is_the_same_seen_from_its_start():
+    case = cases.case(5)
+    for mirrored, side in ((False, [1.0, 1.0, 1.0]), (True, [1.0, -1.0, -1.0])):
+        other = turned.turned(case, 13.0, mirrored)
+        seen = kinematics.offset_from(other.start, other.goal)
+        assert seen == pytest.approx(side * kinematics.offset_from(case.start, case.goal))
+        ends, there = np.stack([case.start, case.goal]), np.stack([other.start, other.goal])
+        assert drive.judged(other, there) == pytest.approx(drive.judged(case, ends))
 
 
 @pytest.mark.parametrize("more", [0.01, -0.01])
