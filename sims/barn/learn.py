@@ -12,7 +12,6 @@ import parc_jax as pj
 from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.pipeline import learn_profile
 from parc_jax.learning.bound.profile import evened
-from parc_jax.learning.labels import name_of
 from sims.jackal import learn as jackal
 from sims.jackal.system import Jackal
 
@@ -90,9 +89,7 @@ def shape(net, runs, more, even: np.ndarray) -> pj.types.Tube:
     often, evenly = more.select(np.flatnonzero(~even)), more.select(np.flatnonzero(even))
     half = evenly.n // 2
     first, last = evenly.select(slice(0, half)), evenly.select(slice(half, None))
-    bins = [[lo, hi] for lo, hi in zip(runs.domain.lo, runs.domain.hi, strict=True)]
-    for edges, name in zip(bins, map(name_of, runs.labels.k), strict=True):
-        edges[1:1] = EDGES.get(name, ())
+    bins = jackal.bins_of(runs, EDGES)
     found = evened(net, learn_profile(net, runs, [often, first], bins, shape="fitted"), [last])
     middles = np.array([np.mean(found.bin_box(b), axis=0) for b in range(found.n_bins)])
     slow = (np.abs(middles[:, [0, 2, 4]]) < THROUGHOUT).all(axis=1)

@@ -20,10 +20,11 @@ from parc_jax.problem.world.movers import Moving
 from sims.barn.contact import distance_to_cylinders
 from sims.dynabarn import guidance
 from sims.dynabarn import movers as walking
+from sims.dynabarn import robot as jackal
 from sims.dynabarn.sight import Known, Seen, Sighting
 from sims.dynabarn.worlds import RADIUS, START, TIMEOUT, World, clearances, reached
-from sims.jackal import learn as jackal
 from sims.jackal.driven import Driven
+from sims.jackal.learn import THINKS
 from sims.jackal.params import TICK
 from sims.rectangle import centre_and_corners, rectangle
 
@@ -68,15 +69,15 @@ class Drive:
 @cache
 def loop() -> pj.drive.Loop:
     """The loop, made once in a process."""
-    v = np.linspace(-jackal.BACKWARD, jackal.SPEED, COMMANDS[0])
+    v = np.linspace(-jackal.SPEED, jackal.SPEED, COMMANDS[0])
     w = np.linspace(-jackal.TURNING, jackal.TURNING, COMMANDS[1])
     made = pj.drive.Loop(
         jackal.model(),
         rectangle(),
-        leave=jackal.HELD,
+        leave=jackal.CYCLE,
         candidates=np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2),
         thinking=jackal.thinking(),
-        effort=pj.drive.Effort(judged=288, looks=4096, room=0.0, deadline=jackal.THINKS),
+        effort=pj.drive.Effort(judged=288, looks=4096, room=0.0, deadline=THINKS),
         clock=lambda: 0.0,  # the robot waits: a busy machine decides nothing
     )
     gc.collect()
@@ -90,7 +91,7 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
     planner.restart()
     robot = Driven(system, START, key)
     steps, claims, plan_s, touched = [], [], [], False
-    while robot.time + jackal.HELD <= TIMEOUT and not reached(robot.pose) and not touched:
+    while robot.time + jackal.CYCLE <= TIMEOUT and not reached(robot.pose) and not touched:
         before = len(robot.path) - 1
         begin = time.process_time()
         step, claim = decide(planner, robot, sight.model, sight.look(robot))
@@ -99,7 +100,7 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
             robot.begin(*step.committed.k[-2:])
             claims.append(claim)
         steps.append(step)
-        robot.drive(jackal.HELD)
+        robot.drive(jackal.CYCLE)
         touched = bool(clearances(world, robot.path, system.size, before).min() <= 0)
     path = robot.path
     distance = clearances(world, path, system.size)

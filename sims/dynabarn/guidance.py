@@ -8,17 +8,17 @@ from sims.dynabarn.sight import Sighting, straight_on
 
 class Guidance:
     """Costs of manoeuvres from a pose (3,) with speeds (2,) among movers, as the plain planner has
-    them: commands that are held on, movers that go straight on.
+    them: commands that are held on, or turn for a moment, and movers that go straight on.
     """
 
     def __init__(self, pose, speeds, movers: list[Sighting], now: float):
         self._pose, self._speeds = pose, speeds
         self._costs: np.ndarray | None = None
-        self._places, self._velocities = straight_on(movers, now)
+        self._around = straight_on(movers, now)
 
     def prefer(self, seen) -> np.ndarray:
         """Of an Outlook: costs (b,) [m]; of one step all are of the same commands."""
         if self._costs is None:
-            rolled = plain.rolled(self._pose, self._speeds, seen.k[:, -2:])
-            self._costs = plain.costs(rolled, self._places, self._velocities)
+            before, asked = seen.k[0, 2:4], seen.k[:, -2:]
+            self._costs = plain.best(self._pose, self._speeds, before, asked, *self._around)
         return self._costs

@@ -1,76 +1,85 @@
-"""The bar: a plain sampled planner, of the kind that practice has. 143 arcs, movers go on straight
-at the velocity that is seen, 2.5 s ahead, positions known, nothing proved.
+"""The bar: a plain sampled planner, of the kind that practice has. 143 commands, each held on, or
+for a moment before the robot goes straight on; movers go on straight at the velocity that is seen;
+nothing proved.
 """
 
 import numpy as np
 
+from sims.dynabarn.robot import CYCLE, SPEED, TURNING, robot
+from sims.dynabarn.robot import RAMP as RAMPS
 from sims.dynabarn.sight import Known, Seen, straight_on
 from sims.dynabarn.worlds import GOAL, RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
-from sims.jackal.learn import BACKWARD, SPEED, TURNING, robot
 
-AHEAD, STEP = 2.5, 0.1  # [s] predicted, and between predictions
-RAMPS = (3.0, 6.0)  # [m/s^2], [rad/s^2] of the robot
+AHEAD, STEP = 1.2, 0.1  # [s] predicted, and between predictions
+WAITS = 0.1  # [s] from measuring to the first moment at which a command shows, about
+TURNS = 0.6  # [s] for which it turns, where it then goes straight on
 INSIDE = 0.31  # [m] radius of a disc that holds the robot
-CLEAR, DEAR = 1.0, 10.0  # [m] less clearance than this costs, each [m] of it so many [m] of way
-LATER = 3.0  # a contact that is predicted later costs less: [m] of way per [s]
-CONTACT = 20.0  # [m] of way that a contact which is predicted now costs
+CLEAR, GROWS = 1.0, 0.5  # [m] less clearance than this costs, and [m/s] more of it later
+DEAR, FADES = 17.5, 2.0  # [m] of way that no clearance at all costs now, and [s] until a third
+CONTACT, LATER = 40.0, 3.0  # [m] of way that a contact costs now, and [s] until a third
+FACING = 0.1  # [m] of way that each [rad] costs by which the robot does not face the goal
 
 
-def arcs(speed: float, turning: float, backward: float) -> np.ndarray:
+def commands() -> np.ndarray:
     """Commands (143, 2): 13 speeds [m/s] by 11 rates of turning [rad/s]."""
-    v, w = np.linspace(-backward, speed, 13), np.linspace(-turning, turning, 11)
+    v, w = np.linspace(-SPEED, SPEED, 13), np.linspace(-TURNING, TURNING, 11)
     return np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def rolled(pose, speeds, commands: np.ndarray) -> np.ndarray:
-    """Places (b, n, 3) of an ideal unicycle that follows each of commands (b, 2) from speeds (2,),
-    STEP apart, up to AHEAD.
+def rolled(pose, speeds, before, asked: np.ndarray) -> np.ndarray:
+    """Places (2, b, n, 3) of an ideal unicycle with speeds (2,) that follows the command before
+    (2,) for as long as it WAITS, then each of those asked for (b, 2): held on, or until it goes
+    straight on; STEP apart, up to AHEAD.
     """
-    state = np.tile(pose, (len(commands), 1))
-    speeds = np.tile(speeds, (len(commands), 1))
+    both = np.concatenate([asked, asked])
+    then = np.concatenate([asked, asked * [1.0, 0.0]])
+    state, speeds = np.tile(pose, (len(both), 1)), np.tile(speeds, (len(both), 1))
     most, places = STEP * np.array(RAMPS), []
-    for _ in range(round(AHEAD / STEP)):
-        following = speeds + np.clip(commands - speeds, -most, most)
+    for i in range(round(AHEAD / STEP)):
+        since = STEP * i - WAITS + 1e-9
+        command = before if since < 0 else both if since < TURNS else then
+        following = speeds + np.clip(command - speeds, -most, most)
         v, w = ((speeds + following) / 2).T
         middle = state[:, 2] + STEP * w / 2
         state = state + STEP * np.stack([v * np.cos(middle), v * np.sin(middle), w], axis=1)
         speeds = following
         places.append(state)
-    return np.stack(places, axis=1)
+    return np.stack(places, axis=1).reshape(2, len(asked), -1, 3)
 
 
 def costs(places: np.ndarray, movers: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-    """(b,) [m] of predicted places (b, n, 3) among movers (m, 2) [m] with velocities (m, 2)."""
-    times = STEP * np.arange(1, places.shape[1] + 1)
+    """(...,) [m] of predicted places (..., n, 3) among movers (m, 2) with velocities (m, 2)."""
+    times = STEP * np.arange(1, places.shape[-2] + 1)
     there = movers + times[:, None, None] * velocities
-    away = np.linalg.norm(places[:, :, None, :2] - there[None], axis=-1)
-    gap = away.min(axis=2, initial=np.inf) - RADIUS - INSIDE
-    hit = gap <= 0
-    first = np.where(hit.any(axis=1), times[hit.argmax(axis=1)], np.inf)
-    contact = np.where(hit.any(axis=1), CONTACT - LATER * np.minimum(first, AHEAD), 0.0)
-    near = DEAR * np.maximum(0.0, CLEAR - gap).max(axis=1)
-    last = places[:, -1]
-    to_goal = np.arctan2(GOAL[1] - last[:, 1], GOAL[0] - last[:, 0]) - last[:, 2]
-    away = np.abs(np.arctan2(np.sin(to_goal), np.cos(to_goal)))
-    return np.linalg.norm(last[:, :2] - GOAL, axis=1) + 0.3 * away + near + contact
+    away = np.linalg.norm(places[..., None, :2] - there, axis=-1)
+    gap = away.min(axis=-1, initial=np.inf) - RADIUS - INSIDE
+    fades = np.exp(-times / FADES)
+    near = np.maximum(0.0, 1.0 - gap / (CLEAR + GROWS * times)) ** 2
+    contact = np.where(gap <= 0, np.exp(-times / LATER), 0.0)
+    last = places[..., -1, :]
+    to_goal = np.arctan2(GOAL[1] - last[..., 1], GOAL[0] - last[..., 0]) - last[..., 2]
+    beside = np.abs(np.arctan2(np.sin(to_goal), np.cos(to_goal)))
+    way = np.linalg.norm(last[..., :2] - GOAL, axis=-1) + FACING * beside
+    return way + DEAR * (fades * near).max(axis=-1) + CONTACT * contact.max(axis=-1)
 
 
-def choose(pose, speeds, movers, velocities, commands) -> np.ndarray:
-    """The command (2,) of least cost."""
-    return commands[np.argmin(costs(rolled(pose, speeds, commands), movers, velocities))]
+def best(pose, speeds, before, asked, movers, velocities) -> np.ndarray:
+    """(b,) [m] what each command asked for (b, 2) costs, as it is better followed."""
+    return costs(rolled(pose, speeds, before, asked), movers, velocities).min(axis=0)
 
 
-def drive(world: World, key, sight: Known | Seen, again: float = 0.1) -> dict:
+def drive(world: World, key, sight: Known | Seen, again: float = CYCLE) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
     new command every `again` seconds; what came of it.
     """
-    system, commands = robot(), arcs(SPEED, TURNING, BACKWARD)
+    system, asked, command = robot(), commands(), np.zeros(2)
     driven, touched = Driven(system, START, key), False
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
         first = len(driven.path) - 1
-        movers, velocities = straight_on(sight.look(driven), driven.time)
-        command = choose(driven.pose, driven.measured, movers, velocities, commands)
+        around = straight_on(sight.look(driven), driven.time)
+        costing = best(driven.pose, driven.measured, command, asked, *around)
+        command = asked[np.argmin(costing)]
         driven.begin(*command)
         driven.drive(again)
         touched = bool(clearances(world, driven.path, system.size, first).min() <= 0)

@@ -9,15 +9,16 @@ from pathlib import Path
 import jax
 
 import parc_jax as pj
+from parc_jax.learning.labels import name_of
 from sims.jackal.system import Jackal, system
 
 MODEL = Path(__file__).with_name("episodes.npz")
 THINKS = 0.06  # [s] from measuring to the new command: 50 ms, and on to the controller's next tick
 HELD, T_FINAL = 0.2, 1.1  # [s] for which a command is followed, and when the robot rests
 SPEED, TURNING, BACKWARD = 1.8, 1.3, 0.8  # [m/s], [rad/s], [m/s] most that is commanded
-# Edges between bins, of speeds at the start and commanded: the slower, the less it is off. Who
-# stands beside something needs a tube that is narrow
-EDGES, COMMANDED = (-0.12, 0.12, 0.7, 1.3), (-0.15, 0.15, 1.0)
+# Edges between bins, of axes of K: the slower, the less it is off. Who stands beside something
+# needs a tube that is narrow
+EDGES = {"speed at the start": (-0.12, 0.12, 0.7, 1.3), "speed": (-0.15, 0.15, 1.0)}
 # The worst of some thousand runs may be three times as far off as the next, so how wide a tube is
 # that holds all of them is luck: of RUNS / eps as many are left outside as is allowed
 RUNS, PROFILE_RUNS = 15, 7
@@ -57,15 +58,13 @@ class Options:
     quiet: bool = False
 
 
-def learn(options: Options) -> pj.types.TrajectoryModel:
-    """Runs, network, bound."""
-    jackal, key = robot(options.threads), jax.random.PRNGKey(options.seed)
+def learn(options: Options, jackal: Jackal | None = None, edges=EDGES) -> pj.types.TrajectoryModel:
+    """Runs, network, bound, of the robot of episodes or another; edges: of axes of K, by name."""
+    jackal, key = jackal or robot(options.threads), jax.random.PRNGKey(options.seed)
     runs = pj.learning.collect(jackal, key, n=options.rollouts, quiet=options.quiet)
     net = pj.learning.train(
         runs, hidden=options.hidden, key=key, seeds=2, steps=options.train_steps
     )
-    bins = [[lo, hi] for lo, hi in zip(jackal.domain.lo, jackal.domain.hi, strict=True)]
-    bins[0][1:1], bins[4][1:1] = EDGES, COMMANDED
     claim = pj.learning.bound_error(
         net,
         jackal,
@@ -75,12 +74,20 @@ def learn(options: Options) -> pj.types.TrajectoryModel:
         fresh=round(RUNS / options.eps),
         discard="most",
         profile_runs=round(PROFILE_RUNS / options.eps),
-        bins=bins,
+        bins=bins_of(runs, edges),
         shape="fitted",
         train=runs,
         quiet=options.quiet,
     )
     return pj.learning.trajectory_model(net, claim)
+
+
+def bins_of(runs, edges) -> list[list[float]]:
+    """Ends of K of runs along each axis, and the edges between bins of those that are named."""
+    bins = [[lo, hi] for lo, hi in zip(runs.domain.lo, runs.domain.hi, strict=True)]
+    for each, name in zip(bins, map(name_of, runs.labels.k), strict=True):
+        each[1:1] = edges.get(name, ())
+    return bins
 
 
 if __name__ == "__main__":
