@@ -24,7 +24,7 @@ from sims.dynabarn import robot as jackal
 from sims.dynabarn.sight import Known, Seen, Sighting
 from sims.dynabarn.worlds import RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
-from sims.jackal.learn import THINKS
+from sims.jackal.learn import HELD, THINKS, thinking
 from sims.jackal.params import TICK
 from sims.rectangle import centre_and_corners, rectangle
 
@@ -74,9 +74,9 @@ def loop() -> pj.drive.Loop:
     made = pj.drive.Loop(
         jackal.model(),
         rectangle(),
-        leave=jackal.CYCLE,
+        leave=HELD,
         candidates=np.stack(np.meshgrid(v, w, indexing="ij"), axis=-1).reshape(-1, 2),
-        thinking=jackal.thinking(),
+        thinking=thinking(),
         effort=pj.drive.Effort(judged=288, looks=4096, room=0.0, deadline=THINKS),
         clock=lambda: 0.0,  # the robot waits: a busy machine decides nothing
     )
@@ -91,7 +91,7 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
     planner.restart()
     robot = Driven(system, START, key)
     steps, claims, plan_s, touched = [], [], [], False
-    while robot.time + jackal.CYCLE <= TIMEOUT and not reached(robot.pose) and not touched:
+    while robot.time + HELD <= TIMEOUT and not reached(robot.pose) and not touched:
         before = len(robot.path) - 1
         begin = time.process_time()
         step, claim = decide(planner, robot, sight.model, sight.look(robot))
@@ -100,7 +100,7 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
             robot.begin(*step.committed.k[-2:])
             claims.append(claim)
         steps.append(step)
-        robot.drive(jackal.CYCLE)
+        robot.drive(HELD)
         touched = bool(clearances(world, robot.path, system.size, before).min() <= 0)
     path = robot.path
     distance = clearances(world, path, system.size)

@@ -5,11 +5,11 @@ nothing proved.
 
 import numpy as np
 
-from sims.dynabarn.robot import CYCLE, SPEED, TURNING, robot
-from sims.dynabarn.robot import RAMP as RAMPS
+from sims.dynabarn.robot import RAMP, SPEED, TURNING, robot
 from sims.dynabarn.sight import Known, Seen, straight_on
 from sims.dynabarn.worlds import GOAL, RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
+from sims.jackal.learn import HELD
 
 AHEAD, STEP = 1.2, 0.1  # [s] predicted, and between predictions
 WAITS = 0.1  # [s] from measuring to the first moment at which a command shows, about
@@ -35,7 +35,7 @@ def rolled(pose, speeds, before, asked: np.ndarray) -> np.ndarray:
     both = np.concatenate([asked, asked])
     then = np.concatenate([asked, asked * [1.0, 0.0]])
     state, speeds = np.tile(pose, (len(both), 1)), np.tile(speeds, (len(both), 1))
-    most, places = STEP * np.array(RAMPS), []
+    most, places = STEP * np.array(RAMP), []
     for i in range(round(AHEAD / STEP)):
         since = STEP * i - WAITS + 1e-9
         command = before if since < 0 else both if since < TURNS else then
@@ -69,7 +69,7 @@ def best(pose, speeds, before, asked, movers, velocities) -> np.ndarray:
     return costs(rolled(pose, speeds, before, asked), movers, velocities).min(axis=0)
 
 
-def drive(world: World, key, sight: Known | Seen, again: float = CYCLE) -> dict:
+def drive(world: World, key, sight: Known | Seen, again: float = HELD) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
     new command every `again` seconds; what came of it.
     """

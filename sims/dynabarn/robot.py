@@ -1,6 +1,6 @@
 """The Jackal that crosses a crowd: as fast backwards as it is forwards, and quicker to change its
-speed than [that of other episodes](sims.jackal.learn), since who evades late has to evade at once.
-`python -m sims.dynabarn.robot --out model.npz` learns its model anew.
+speed than that of `sims.jackal.learn`, since who walks may turn at any moment. `python -m
+sims.dynabarn.robot --out model.npz` learns its model anew.
 """
 
 from dataclasses import dataclass
@@ -9,14 +9,13 @@ from pathlib import Path
 
 import parc_jax as pj
 from sims.jackal import learn as jackal
-from sims.jackal.learn import THINKS
+from sims.jackal.learn import HELD, THINKS
 from sims.jackal.system import Jackal, system
 
 MODEL = Path(__file__).with_name("model.npz")
 SPEED, TURNING = 2.0, 1.5  # [m/s], [rad/s] most that is commanded, backwards too
 RAMP = (4.0, 10.0)  # [m/s^2], [rad/s^2] of the command; the tyres hold about 4.9 m/s^2
-HELD, T_FINAL = 0.2, 1.0  # [s] for which a command is followed, and when the robot rests
-CYCLE = 0.2  # [s] from one command to the next
+T_FINAL = 1.0  # [s] when the robot rests
 EDGES = {
     "speed at the start": (-1.3, -0.7, -0.12, 0.12, 0.7, 1.3),
     "speed": (-1.0, -0.15, 0.15, 1.0),
@@ -27,12 +26,6 @@ def robot(threads: int = 1) -> Jackal:
     """The Jackal, over its wheels."""
     most = {"speed": SPEED, "turning": TURNING, "backward": SPEED, "ramp": RAMP}
     return system(moving=HELD, t_f=T_FINAL, thinking=THINKS, threads=threads, **most)
-
-
-def thinking() -> pj.drive.Thinking:
-    """Its thinking time, as a loop has to know it."""
-    before = {"speed before": "speed", "turning before": "turning"}
-    return pj.drive.Thinking(THINKS, before, HELD, [0.0, 0.0])
 
 
 @cache
