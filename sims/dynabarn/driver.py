@@ -94,7 +94,7 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
     while robot.time + HELD <= TIMEOUT and not reached(robot.pose) and not touched:
         before = len(robot.path) - 1
         begin = time.process_time()
-        step, claim = decide(planner, robot, sight.model, sight.look(robot))
+        step, claim = decide(planner, robot, sight.model, sight.look(robot), sight.unseen)
         plan_s.append(time.process_time() - begin)
         if step.new:
             robot.begin(*step.committed.k[-2:])
@@ -113,10 +113,10 @@ def drive(world: World, key, sight: Known | Seen) -> Drive:
     return Drive(world, arrived, seconds, nearest, cause, left, path, steps, claims, plan_s)
 
 
-def decide(planner, robot: Driven, model, known: list[Sighting]):
-    """The step of a loop, and what it claims."""
+def decide(planner, robot: Driven, model, known: list[Sighting], unseen: float = 0.0):
+    """The step of a loop, and what it claims. unseen: as of the sight."""
     pose, speeds, now = robot.pose, robot.measured, robot.time
-    guide = guidance.Guidance(pose, speeds, known, now)
+    guide = guidance.Guidance(pose, speeds, known, now, unseen)
     asked = {"at": now, "explain": False}
     for horizon in HORIZONS:
         near = [one for one in known if comes_near(one, pose[:2], now, horizon)]

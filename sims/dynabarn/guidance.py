@@ -8,11 +8,12 @@ from sims.dynabarn.sight import Sighting, straight_on
 
 class Guidance:
     """Costs of manoeuvres from a pose (3,) with speeds (2,) among movers, as the plain planner has
-    them: commands that are held on, or turn for a moment, and movers that go straight on.
+    them: commands that are held on, or turn for a moment, and movers that go straight on. unseen:
+    as of the sight.
     """
 
-    def __init__(self, pose, speeds, movers: list[Sighting], now: float):
-        self._pose, self._speeds = pose, speeds
+    def __init__(self, pose, speeds, movers: list[Sighting], now: float, unseen: float = 0.0):
+        self._pose, self._speeds, self._unseen = pose, speeds, unseen
         self._costs: np.ndarray | None = None
         self._around = straight_on(movers, now)
 
@@ -20,5 +21,6 @@ class Guidance:
         """Of an Outlook: costs (b,) [m]; of one step all are of the same commands."""
         if self._costs is None:
             before, asked = seen.k[0, 2:4], seen.k[:, -2:]
-            self._costs = plain.best(self._pose, self._speeds, before, asked, *self._around)
+            known = self._pose, self._speeds, before, asked, *self._around, self._unseen
+            self._costs = plain.best(*known)
         return self._costs

@@ -64,9 +64,14 @@ def costs(places: np.ndarray, movers: np.ndarray, velocities: np.ndarray) -> np.
     return way + DEAR * (fades * near).max(axis=-1) + CONTACT * contact.max(axis=-1)
 
 
-def best(pose, speeds, before, asked, movers, velocities) -> np.ndarray:
-    """(b,) [m] what each command asked for (b, 2) costs, as it is better followed."""
-    return costs(rolled(pose, speeds, before, asked), movers, velocities).min(axis=0)
+def best(pose, speeds, before, asked, movers, velocities, unseen: float) -> np.ndarray:
+    """(b,) [m] what each command asked for (b, 2) costs, as it is better followed. unseen: [m] that
+    each [m] costs to where nobody looks, behind the robot.
+    """
+    places = rolled(pose, speeds, before, asked)
+    ahead = (places[..., :2] - pose[:2]) @ [np.cos(pose[2]), np.sin(pose[2])]
+    behind = unseen * np.maximum(0.0, -ahead.min(axis=-1))
+    return (costs(places, movers, velocities) + behind).min(axis=0)
 
 
 def drive(world: World, key, sight: Known | Seen, again: float = HELD) -> dict:
@@ -78,7 +83,7 @@ def drive(world: World, key, sight: Known | Seen, again: float = HELD) -> dict:
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
         first = len(driven.path) - 1
         around = straight_on(sight.look(driven), driven.time)
-        costing = best(driven.pose, driven.measured, command, asked, *around)
+        costing = best(driven.pose, driven.measured, command, asked, *around, sight.unseen)
         command = asked[np.argmin(costing)]
         driven.begin(*command)
         driven.drive(again)

@@ -24,6 +24,7 @@ CELL = 0.01  # [rad] of directions in which the middle is sought from the first 
 SIDES = np.arange(-np.pi / 2 - 0.1, np.pi / 2 + 0.1, CELL)  # a return is off, so a bit beyond
 SURE = 0.045  # [m] a place that may be farther off is no part of a track
 FORGOTTEN = 1.0  # [s] after which who is out of sight is forgotten
+UNSEEN = 6.0  # [m] of way that each [m] costs to where the lidar does not look
 LOOSE = 0.02  # [m] besides their errors, by which places may jump within a greatest speed
 
 
@@ -48,8 +49,10 @@ def straight_on(movers: list[Sighting], now: float) -> tuple[np.ndarray, np.ndar
 
 class Known:
     """All places are known, as good as exactly; who appeared within two steps is taken to have
-    walked on for both.
+    walked on for both. unseen: [m] of way that each [m] to behind the robot costs.
     """
+
+    unseen = 0.0
 
     def __init__(self, world: World, rng: np.random.Generator):
         self.model = walking.model(1 - half_of(world.number))
@@ -155,6 +158,8 @@ class Seen:
     """What the Jackal's lidar saw, a scan a step, from where it truly is; who went out of sight is
     remembered for a while.
     """
+
+    unseen = UNSEEN
 
     def __init__(self, world: World, rng: np.random.Generator, scanner: Lidar | None = None):
         self.model = walking.model(1 - half_of(world.number), walking.SCANNED)
