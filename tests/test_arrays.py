@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.common.arrays import difference, in_chunks, map_rows
+from parc_jax.common.arrays import as_float64, difference, in_chunks, map_rows
+from parc_jax.common.errors import InputError
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 40])
@@ -46,6 +47,14 @@ def test_one_program_serves_all_numbers_of_rows():
     for n in (0, 1, 5, 9):
         assert len(map_rows(4, compiled, np.ones(n))) == n
     assert len(traced) == 1
+
+
+@pytest.mark.parametrize(
+    "value", [10**400, [[1], [1, 2]], 1j, np.ma.array([0.0], mask=[1])], ids=str
+)
+def test_what_no_float64_holds_is_refused(value):
+    with pytest.raises(InputError, match="x: expected numbers of shape"):
+        as_float64("x", value, (None,))
 
 
 def test_runs_that_failed_alike_do_not_differ_and_others_do_without_bound():

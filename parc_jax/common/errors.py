@@ -1,5 +1,12 @@
 """Errors people can act on: the expectation, the given value, a way out."""
 
+import contextlib
+from collections.abc import Iterator
+
+# of data that are not as they were written, whoever reads them
+_WRONG: tuple[type[Exception], ...] = (OSError, LookupError, TypeError, AttributeError)
+_WRONG += (ValueError, ArithmeticError, RecursionError)
+
 
 class ParcError(Exception):
     """Base of every error this package raises on purpose."""
@@ -21,6 +28,36 @@ def check_kind(name: str, value: object, kind: type) -> None:
     """Raises InputError for a value that is none of a kind."""
     if not isinstance(value, kind):
         raise InputError(f"{name}: expected {kind.__name__}; got {value!r:.60}.")
+
+
+def is_text(value: object) -> bool:
+    """Whether it is text that can be printed as it is and ends no line."""
+    return isinstance(value, str) and value.isprintable()
+
+
+def check_text(name: str, text: object) -> None:
+    """Raises InputError for what is no `is_text`."""
+    if not is_text(text):
+        raise InputError(
+            f"{name}: expected text on one line, of characters that can be printed; got "
+            f"{text!r:.60}. Leave line breaks and control characters out."
+        )
+
+
+@contextlib.contextmanager
+def reading(name: object, what: str, *more: type[Exception]) -> Iterator[None]:
+    """Errors of a file or a text that is not as it was written end in a sentence: `name` was
+    expected to be `what`. more: errors of its reader, beside those of Python. Raises InputError.
+    """
+    try:
+        yield
+    except ParcError:
+        raise
+    except FileNotFoundError:
+        raise InputError(f"{name}: no such file.") from None
+    except _WRONG + more as error:
+        kind, why = type(error).__name__, " ".join(str(error).split())
+        raise InputError(f"{name}: expected {what}; got {kind}: {why:.200}.") from None
 
 
 def expected(call: str, what: str, got: object, hint: str) -> str:

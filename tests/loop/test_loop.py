@@ -205,6 +205,8 @@ def test_without_a_safe_one_the_manoeuvre_under_way_goes_on(line):
         ([0.0], [0.25], "at: expected x, y"),
         ([0.0, 0.0], [1.25], "within K, -1 to 1; got 1.25"),
         ([0.0, 0.0], [np.inf], "given"),
+        ([10**400, 0.0], [0.25], "at: expected numbers"),
+        ([0.0, 0.0], [10**400], "given: expected numbers"),
     ],
 )
 def test_what_is_measured_wrongly_changes_nothing(line, pose, given, words):
@@ -440,7 +442,10 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"end": 3}, "end: expected HPolytope or None; got 3"),
         ({"clock": 3}, "clock: expected Callable or None; got 3"),
         ({"end": pj.types.HPolytope(np.eye(3), np.full(3, np.nan))}, "finite numbers; got 3 NaN"),
-        ({"body": pj.types.Body((Part((0,), Disc(-0.1)),))}, "radius >= 0 m; got -0.1"),
+        (
+            {"body": pj.types.Body((Part((0,), Disc(-0.1)),))},
+            "radius: expected a number >= 0; got -0.1",
+        ),
         ({"body": pj.types.Body(())}, "body: expected at least one part"),
     ],
 )

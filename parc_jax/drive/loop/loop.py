@@ -2,6 +2,7 @@
 all of its time, rest included, or continues the one under way, which was. [T37, T38, T39]
 """
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
-from parc_jax.common.arrays import as_float64, real
+from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
 from parc_jax.common.errors import InputError
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -213,7 +214,7 @@ class Loop:
         said = prefer(outlook(self.model, here, k, self._leaving.intervals))
         try:
             cost = np.asarray(real(said), float)
-        except (TypeError, ValueError):
+        except NO_NUMBER:
             raise InputError(f"prefer: expected {len(k)} numbers; got {said!r:.60}.") from None
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -294,11 +295,9 @@ class Loop:
         """
         left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
         reason = "; ".join(filter(None, [left, reason]))
-        try:
-            off = float(as_float64("drift", drift, ()))
-        except InputError:
-            off = math.nan
-        last, off = self.under_way, off if off >= 0 else math.inf  # unknown: it may lead anywhere
+        last, off = self.under_way, math.inf  # of a drift that is not known it may lead anywhere
+        with contextlib.suppress(InputError):
+            off = at_least("drift", drift)
         if last is not None and gone is not None and leads_to(last, gone, off):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(last, False, reason, bool(left))
@@ -349,9 +348,7 @@ class Loop:
     def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float) -> None:
         """Raises LeftTube for a pose beyond the tube under way. k: as of `outside_tube`. [T38]"""
         last = self.under_way
-        drift = float(as_float64("drift", drift, ()))
-        if not drift >= 0:
-            raise InputError(f"drift: expected 0 m or more; got {exact(drift)}.")
+        drift = at_least("drift", drift)
         if last is None:
             return
         if last.seen_outside:
