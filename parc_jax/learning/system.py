@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, is_text
 from parc_jax.common.sets.box import Box
 
 
@@ -149,11 +149,11 @@ def points_of(system) -> tuple[str, ...]:
 
 def check_points(owner: str, names) -> tuple[str, ...]:
     """Validated names of reference points. owner: for messages. Raises InputError."""
-    fine = isinstance(names, tuple | list) and all(isinstance(n, str) and n for n in names)
+    fine = isinstance(names, tuple | list) and all(is_text(n) and n for n in names)
     if not fine or len(names) == 0 or len(set(names)) < len(names):
         raise InputError(
-            f"{owner}: expected points, a tuple of distinct names of reference points; got "
-            f"{names!r}."
+            f"{owner}: expected points, a tuple of distinct names of reference points on one line; "
+            f"got {names!r}."
         )
     return tuple(names)
 

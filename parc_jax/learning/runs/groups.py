@@ -32,9 +32,11 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
 
 
 def _number(name: str) -> int:
-    # what differs in case, spaces or the form of Unicode alone is one name, spelled twice
+    # what differs in case, spaces, marks that nobody sees or the form of Unicode alone is one name,
+    # spelled twice
     folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
-    name = " ".join(folded.split())
+    seen = "".join(c for c in folded if unicodedata.category(c) != "Cf")
+    name = " ".join(seen.split())
     whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
     if whole:
         return int(whole[1])
