@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from parc_jax.common.arrays import NO_NUMBER
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, owned
+from parc_jax.learning.bound.counts import as_fraction
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
@@ -100,12 +102,11 @@ def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
         if np.asarray(value).dtype == bool:
             raise TypeError
         array = np.atleast_1d(np.asarray(value, np.float64))
-    except (TypeError, ValueError):
+    except NO_NUMBER:
         raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
-    if array.ndim != 1 or not np.isfinite(array).all() or (n is not None and len(array) != n):
-        raise InputError(f"{name}: expected finite half widths; got {value!r:.60}.")
-    if (array < 0).any():
-        raise InputError(f"{name}: expected half widths >= 0; got {array.min():g}.")
+    fits = array.ndim == 1 and n in (None, len(array)) and (0 <= array).all()
+    if not (fits and np.isfinite(array).all()):
+        raise InputError(f"{name}: expected finite half widths >= 0; got {value!r:.60}.")
     return tuple(array.tolist())
 
 
@@ -165,7 +166,7 @@ def _value_or_box(name: str, value) -> Interval | str:
 def _box(name: str, value) -> Interval:
     try:
         lo, hi = (float(x) for x in value)
-    except (TypeError, ValueError):
+    except NO_NUMBER:
         raise InputError(
             f"{name}: expected a box (lo, hi) that it lies in; got {value!r:.60}."
         ) from None
@@ -189,11 +190,7 @@ def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
 
 
 def _probability(name: str, value) -> Fraction:
-    try:
-        exact = Fraction(str(value))
-    except (ValueError, ZeroDivisionError):
-        exact = Fraction(-1)
-    if not 0 <= exact < 1:
+    if not 0 <= (exact := as_fraction(name, value)) < 1:
         raise InputError(f"{name}: expected a probability in [0, 1); got {value!r:.60}.")
     return exact
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.errors import InputError, SoundnessError, reading
 from parc_jax.common.on_use import package
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.relu import (
@@ -187,14 +187,8 @@ def read_onnx(path) -> ReLUNetwork:
     the way.
     """
     onnx, path = package("onnx", "ONNX files"), Path(path)
-    try:
+    with reading(path, "an ONNX file", Exception):  # protobuf has errors of its kinds
         graph = onnx.load(path).graph
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # protobuf has errors of its kinds
-        raise InputError(
-            f"{path}: expected an ONNX file; {type(error).__name__}: {error!s:.120}."
-        ) from None
 
     def array(tensor) -> np.ndarray:
         return onnx.numpy_helper.to_array(tensor).astype(np.float64)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.errors import InputError, SoundnessError, reading
 from parc_jax.common.on_use import package
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
@@ -261,12 +261,8 @@ def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
     round; base_link is at (0, 0). Several convex parts cover another shape. Raises InputError.
     """
     if isinstance(outline, str):
-        try:
+        with reading("footprint", '"[[x, y], [x, y], ...]"'):
             outline = json.loads(outline)
-        except json.JSONDecodeError as error:
-            raise InputError(
-                f'footprint: expected "[[x, y], [x, y], ...]"; got {outline!r:.60} ({error.msg}).'
-            ) from None
     corners = as_float64("footprint", outline, (None, 2))
     (polygon,) = outlines("footprint", corners)
     names = [f"corner {i}" for i in range(len(corners))]
