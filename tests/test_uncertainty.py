@@ -27,6 +27,8 @@ REFUSED = {
         "uncertainty k of speed: expected finite half widths >= 0",
     ),
     "a negative goal": ({"goal": -1.0}, "uncertainty goal: expected finite half widths >= 0"),
+    "a width of nothing": ({"k": {"speed": 1e-320}}, "speed: .* none between 0 and 1e-100"),
+    "more than a place": ({"start": 10**400}, "uncertainty start: expected half widths, numbers"),
     "words for a start": ({"start": "wide"}, "uncertainty start: expected half widths, numbers"),
     "an endless start": ({"start": np.inf}, "uncertainty start: expected finite half widths"),
     "half a turn": ({"heading": 3.0}, "uncertainty heading: expected a half angle below 1 rad"),

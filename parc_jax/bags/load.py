@@ -119,11 +119,8 @@ def load_bags(
     _check(path, k, k_law, domain, short)
     check_kind("time", time, TimeGrid)
     k, given = tuple(k), tuple(given)
-    bridge = 2 * time.dt_record if bridge is None else bridge
-    bridge, after, apart = (
-        at_least(name, seconds)
-        for name, seconds in (("bridge", bridge), ("after", after), ("apart", apart))
-    )
+    bridge = at_least("bridge", 2 * time.dt_record if bridge is None else bridge)
+    after, apart = at_least("after", after), at_least("apart", apart)
     parts = [_heard(one, pose, command, k, given, frames, clock) for one in recordings_in(path)]
     parts.sort(key=lambda part: (part.where.times[0], part.where.times[-1], part.name))
     recordings = {part.where.frames: part.name for part in parts}
@@ -192,8 +189,7 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
             )
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
-    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
-    return Drive(one.name, where, times[order], values[order])
+    return Drive(one.name, where, times, values)
 
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):
@@ -320,6 +316,8 @@ def windows(
     longer than the run. bridge: [s] between poses, up to which the robot is taken to
     have gone straight.
     """
+    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
+    times, commands = times[order], commands[order]
     new = np.append(True, (np.diff(commands, axis=0) != 0).any(axis=1))
     pause = np.append(True, np.diff(times) > (after + grid.t_f) * 1e9)
     first = np.flatnonzero(new | pause)

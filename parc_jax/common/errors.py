@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from typing import Any
 
 # of data that are not as they were written, whoever reads them
 _WRONG: tuple[type[Exception], ...] = (OSError, LookupError, TypeError, AttributeError)
@@ -24,10 +25,11 @@ class SoundnessError(ParcError, RuntimeError):
     """A proof obligation failed (incomplete region table, refused probe): certification ends."""
 
 
-def check_kind(name: str, value: object, kind: type) -> None:
+def check_kind(name: str, value: object, kind: Any) -> None:
     """Raises InputError for a value that is none of a kind."""
     if not isinstance(value, kind):
-        raise InputError(f"{name}: expected {kind.__name__}; got {value!r:.60}.")
+        told = getattr(kind, "__name__", kind)  # of several
+        raise InputError(f"{name}: expected {told}; got {value!r:.60}.")
 
 
 def is_text(value: object) -> bool:

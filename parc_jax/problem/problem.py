@@ -15,7 +15,7 @@ from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.network.predict import Layout
-from parc_jax.learning.system import check_points
+from parc_jax.learning.system import LARGEST, check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
@@ -355,11 +355,12 @@ def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
 
 def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     """lo, hi, if the needed axes are bounded and none is empty. Raises InputError."""
-    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
+    open_ = needed & ~(np.maximum(-lo, hi) <= LARGEST)  # of larger ones no volume is a float
     if open_.any():
         axis = int(np.argmax(open_))
         raise InputError(
-            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
+            f"{name}: expected a bounded set; axis {axis} has no bound up to {LARGEST:g}. Add "
+            "the missing rows."
         )
     if (lo > hi).any():
         axis = int(np.argmax(lo > hi))

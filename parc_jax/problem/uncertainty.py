@@ -3,7 +3,7 @@ goals, parameters that no plan chooses. [T21, T22]
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -15,6 +15,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, owned
 from parc_jax.learning.bound.counts import as_fraction
+from parc_jax.learning.system import LARGEST
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
@@ -104,9 +105,12 @@ def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
         array = np.atleast_1d(np.asarray(value, np.float64))
     except NO_NUMBER:
         raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
-    fits = array.ndim == 1 and n in (None, len(array)) and (0 <= array).all()
-    if not (fits and np.isfinite(array).all()):
-        raise InputError(f"{name}: expected finite half widths >= 0; got {value!r:.60}.")
+    fits = (array == 0) | ((1 / LARGEST <= array) & (array <= LARGEST))
+    if array.ndim != 1 or n not in (None, len(array)) or not fits.all():
+        raise InputError(
+            f"{name}: expected finite half widths >= 0, none between 0 and {1 / LARGEST:g}; got "
+            f"{value!r:.60}."
+        )
     return tuple(array.tolist())
 
 
@@ -132,17 +136,12 @@ def _by_name(read: Callable, listed: bool = False) -> Callable:
             example = ' such as {"speed": ...}'
             raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
         named = [(_parameter(name, p), value) for p, value in pairs]
-        require_once(name, [p for p, _ in named])
+        names = [p for p, _ in named]
+        if twice := [p for p in names if names.count(p) > 1]:
+            raise InputError(f"{name}: expected every parameter once; {twice[0]} is named twice.")
         return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
 
     return valid
-
-
-def require_once(name: str, parameters: Sequence[Parameter]) -> None:
-    """Raises InputError for a parameter that is named twice."""
-    for p in parameters:
-        if parameters.count(p) > 1:
-            raise InputError(f"{name}: expected every parameter once; {p} is named twice.")
 
 
 def _parameter(name: str, given) -> Parameter:

@@ -477,7 +477,7 @@ def test_an_effort_of_nothing_is_refused():
         {"deadline": None},
         {"room": "a"},
     ):
-        with pytest.raises(InputError, match="at least one candidate"):
+        with pytest.raises(InputError, match=r"Effort: \w+: expected"):
             pj.drive.Effort(**one)
 
 

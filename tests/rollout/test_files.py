@@ -162,6 +162,20 @@ def test_a_mark_at_the_beginning_of_a_table_is_no_part_of_a_name(batch, tmp_path
         load_rollouts(tmp_path, time=GRID)
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"time": 3}, "time: expected"),
+        ({"domain": [0, 1]}, "domain: expected"),
+        ({"labels": [1]}, "labels: expected names by part"),
+    ],
+)
+def test_what_is_no_grid_domain_or_label_is_refused(batch, tmp_path, options, said):
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p)
+    with pytest.raises(InputError, match=said):
+        load_rollouts(tmp_path / "log.npz", **({"time": GRID} | options))
+
+
 @pytest.mark.parametrize("meta", ["my data", "[]", '{"mine": 1}'])
 def test_plain_npz(batch, tmp_path, meta):
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, meta=meta)

@@ -92,10 +92,8 @@ def save_episode(
     `episode_part`. Raises InputError.
     """
     part = episode_part(commitments, meta, drift, assumed)
-    try:
+    with reading("meta", "plain values, as JSON has them"):
         text = json.dumps(part, separators=(",", ":"))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"meta: expected plain values, as JSON has them; {error}.") from None
     return write_atomic(path, text.encode())
 
 

@@ -10,7 +10,6 @@ from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
 from parc_jax.common.errors import InputError
+from parc_jax.common.options import check_count
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from parc_jax.problem.world.free_space import FreeSpace
 
 AT_ONCE = 64  # candidates judged in one compiled call, between readings of the clock
+SHORTEST = 1e-9  # [s] deadline
 AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
 Prefer = Callable[[Outlook], np.ndarray]
@@ -71,14 +72,10 @@ class Effort:
     deadline: float = 0.1
 
     def __post_init__(self):
-        counts = (self.candidates, self.judged, self.looks)
-        told = all(isinstance(n, Integral) and n >= 1 for n in counts)
-        told = told and isinstance(self.room, Real) and isinstance(self.deadline, Real)
-        if not (told and self.room >= 0 and self.deadline > 0):
-            raise InputError(
-                "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
-                f"more and a deadline above 0 s; got {self}."
-            )
+        for name in ("candidates", "judged", "looks"):
+            check_count(f"Effort: {name}", getattr(self, name), 1, "1024")
+        at_least("Effort: room", self.room)
+        at_least("Effort: deadline", self.deadline, SHORTEST)
 
 
 class Loop:

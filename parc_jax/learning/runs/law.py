@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
 from parc_jax.checker.entries import hash_of
-from parc_jax.common.errors import InputError, check_text
+from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import exact, hex_floats, hex_text, nearest_floats
@@ -334,7 +334,8 @@ def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
 
 def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Sequence[str]]:
     """Labels by part, none for None. Raises InputError for a part that there is none of."""
-    words = given._asdict() if isinstance(given, Labels) else dict(given or {})
+    with reading("labels", "names by part"):
+        words = given._asdict() if isinstance(given, Labels) else dict(given or {})
     if words.keys() - {*PARTS}:
         raise InputError(
             f"labels: expected those of {', '.join(PARTS)}, as {{'k': ('speed [m/s]', ...)}}; got "

@@ -7,7 +7,7 @@ import numpy as np
 
 from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
@@ -58,6 +58,7 @@ def load_rollouts(
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)
     check_k_law(path, k_law, domain)
+    check_kind("time", time, TimeGrid | None)
     if path.is_dir():
         arrays = folder_arrays(path)
     elif path.suffix == ".npz":
@@ -78,13 +79,10 @@ def _check_own(
     path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
 ) -> None:
     """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
-    same_time = time is None or (isinstance(time, TimeGrid) and time == batch.time)
-    same_domain = domain is None or (
-        isinstance(domain, Box)
-        and np.array_equal(domain.lo, batch.domain.lo)
-        and np.array_equal(domain.hi, batch.domain.hi)
-    )
-    for name, value, same in (("time", time, same_time), ("domain", domain, same_domain)):
+    K = batch.domain
+    on_K = domain is None or np.array_equal([domain.lo, domain.hi], [K.lo, K.hi])
+    on_grid = time is None or time == batch.time
+    for name, value, same in (("time", time, on_grid), ("domain", domain, on_K)):
         if not same:
             raise InputError(
                 f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
@@ -132,6 +130,7 @@ def _assemble(
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
     """Refuse other laws than K_LAWS, and "uniform" without a domain. Raises InputError."""
+    check_kind("domain", domain, Box | None)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
         raise InputError(
             f'{owner}: expected k_law "logged", or "uniform" with the domain that k was drawn '
