@@ -29,7 +29,7 @@ def check_kind(name: str, value: object, kind: Any) -> None:
     """Raises InputError for a value that is none of a kind."""
     if not isinstance(value, kind):
         told = getattr(kind, "__name__", kind)  # of several
-        raise InputError(f"{name}: expected {told}; got {value!r:.60}.")
+        raise InputError(f"{name}: expected {told}; got {' '.join(repr(value).split()):.60}.")
 
 
 def is_text(value: object) -> bool:

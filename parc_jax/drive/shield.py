@@ -196,7 +196,10 @@ class Shield(gymnasium.Wrapper):
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
         self._observation = deepcopy(observation)  # the policy may write into its own
-        about = {"proposed": _copied(action), "driven": driven, "changed": changed}
+        proposed = None
+        with contextlib.suppress(Exception):  # the policy may propose anything
+            proposed = np.array(action)
+        about = {"proposed": proposed, "driven": driven, "changed": changed}
         about |= {"reason": decision.reason, "left": left}
         info = info | {"shield": about | self._about(one)}
         return observation, reward, terminated, truncated, info
@@ -308,11 +311,3 @@ class Shield(gymnasium.Wrapper):
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
         return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)
-
-
-def _copied(action: Any) -> np.ndarray | None:
-    """As it was proposed; None for what is no array."""
-    try:
-        return np.array(action)
-    except Exception:  # the policy may propose anything
-        return None

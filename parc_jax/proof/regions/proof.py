@@ -65,8 +65,7 @@ def prove_complete(
     on_both_sides = (plus & minus).any(axis=1)
     if on_both_sides.any():
         _refuse(f"{int(on_both_sides.sum())} regions have vertices on both sides of a neuron")
-    key = np.sort(hash_words(plus))  # without collision they prove that rows are all different
-    if (key[1:] == key[:-1]).any() and len(np.unique(plus, axis=0)) < len(plus):
+    if not _all_distinct(plus):
         _refuse("two regions have the same activation pattern")
     wrong = facet_count != np.where(facet_label >= 0, 2, 1)
     if wrong.any():
@@ -112,6 +111,12 @@ def recheck_signs(
                     f"recorded wrongly ({int(wrong.sum())} such)"
                 )
             done = layer.stop
+
+
+def _all_distinct(words: np.ndarray) -> bool:
+    """Rows are pairwise different: hashes without collision prove it, else rows are compared."""
+    key = np.sort(hash_words(words))
+    return not (key[1:] == key[:-1]).any() or len(np.unique(words, axis=0)) == len(words)
 
 
 def _refuse(why: str) -> None:
