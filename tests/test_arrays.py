@@ -50,11 +50,15 @@ def test_one_program_serves_all_numbers_of_rows():
 
 
 @pytest.mark.parametrize(
-    "value", [10**400, [[1], [1, 2]], 1j, np.ma.array([0.0], mask=[1])], ids=str
+    "value",
+    [10**400, 10**5000, [[1], [1, 2]], 1j, np.ma.array([[0.0]] * 2, mask=[[1], [0]])],
+    ids=["400", "5000", "ragged", "complex", "masked"],
 )
 def test_what_no_float64_holds_is_refused(value):
-    with pytest.raises(InputError, match="x: expected numbers of shape"):
+    """On one line, also where Python writes it on several, or not at all."""
+    with pytest.raises(InputError, match="x: expected numbers of shape") as told:
         as_float64("x", value, (None,))
+    assert "\n" not in str(told.value)
 
 
 def test_runs_that_failed_alike_do_not_differ_and_others_do_without_bound():

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, shown
 
 NO_NUMBER = TypeError, ValueError, OverflowError  # of what becomes no float64
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
@@ -32,7 +32,7 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
         array = np.array(real(value), dtype=np.float64)
     except NO_NUMBER as error:
         raise InputError(
-            f"{name}: expected numbers of shape {wanted}; got {value!r:.80} ({error})."
+            f"{name}: expected numbers of shape {wanted}; got {shown(value, 80)} ({error})."
         ) from None
     fits = array.ndim == len(shape) and all(
         want in (None, have) for want, have in zip(shape, array.shape, strict=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from parc_jax.common.arrays import NO_NUMBER
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, shown
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, owned
 from parc_jax.learning.bound.counts import as_fraction
@@ -104,7 +104,7 @@ def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
             raise TypeError
         array = np.atleast_1d(np.asarray(value, np.float64))
     except NO_NUMBER:
-        raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
+        raise InputError(f"{name}: expected half widths, numbers; got {shown(value)}.") from None
     fits = (array == 0) | ((1 / LARGEST <= array) & (array <= LARGEST))
     if array.ndim != 1 or n not in (None, len(array)) or not fits.all():
         raise InputError(
@@ -167,7 +167,7 @@ def _box(name: str, value) -> Interval:
         lo, hi = (float(x) for x in value)
     except NO_NUMBER:
         raise InputError(
-            f"{name}: expected a box (lo, hi) that it lies in; got {value!r:.60}."
+            f"{name}: expected a box (lo, hi) that it lies in; got {shown(value)}."
         ) from None
     if not (math.isfinite(lo) and math.isfinite(hi) and lo <= hi):
         raise InputError(f"{name}: expected a box lo <= hi of finite numbers; got ({lo}, {hi}).")

@@ -475,10 +475,26 @@ def test_an_effort_of_nothing_is_refused():
         {"judged": 2.5},
         {"looks": "a"},
         {"deadline": None},
+        {"deadline": "0.1"},
+        {"deadline": np.nan},
         {"room": "a"},
+        {"room": "0.3"},
     ):
         with pytest.raises(InputError, match=r"Effort: \w+: expected"):
             pj.drive.Effort(**one)
+
+
+def test_a_simulation_may_wait_without_end_and_ask_for_all_room_there_is(line):
+    effort = pj.drive.Effort(candidates=256, deadline=np.inf, room=np.inf)
+    assert loop_of(line, effort=effort).step([0.0, 0.0], [0.25], [WALL], forward).new
+
+
+def test_a_measurement_of_thousands_of_digits_ends_in_the_manoeuvre_under_way(line):
+    loop = loop_of(line)
+    one = loop.step([0.0, 0.0], [0.25], [WALL], forward).committed
+    for at in (10**400, 10**5000):
+        step = loop.step([0.0, 0.0], [0.25], [WALL], forward, at=at)
+        assert step.committed is one and "at: expected numbers" in step.reason
 
 
 def test_obstacles_that_are_no_list_end_in_the_manoeuvre_under_way(line):

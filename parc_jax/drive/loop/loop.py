@@ -10,6 +10,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind, shown
 from parc_jax.common.options import check_count
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -37,6 +38,7 @@ from parc_jax.drive.loop.commitment import Begun, Commitment, LeftTube, Step, le
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import LARGEST
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.robust.pose import Pose, pose_of
 from parc_jax.problem.uncertainty import Uncertainty
@@ -74,8 +76,9 @@ class Effort:
     def __post_init__(self):
         for name in ("candidates", "judged", "looks"):
             check_count(f"Effort: {name}", getattr(self, name), 1, "1024")
-        at_least("Effort: room", self.room)
-        at_least("Effort: deadline", self.deadline, SHORTEST)
+        for name, lowest in (("room", 0.0), ("deadline", SHORTEST)):  # either may be infinite
+            check_kind(f"Effort: {name}", value := getattr(self, name), Real)
+            at_least(f"Effort: {name}", min(value, LARGEST), lowest)
 
 
 class Loop:
@@ -212,7 +215,7 @@ class Loop:
         try:
             cost = np.asarray(real(said), float)
         except NO_NUMBER:
-            raise InputError(f"prefer: expected {len(k)} numbers; got {said!r:.60}.") from None
+            raise InputError(f"prefer: expected {len(k)} numbers; got {shown(said)}.") from None
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
         order = np.argsort(cost, kind="stable")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, shown
 from parc_jax.common.options import check_count
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
@@ -157,7 +157,7 @@ def as_fraction(name: str, told: Fraction | float | str) -> Fraction:
     try:
         return Fraction(str(told))
     except (ValueError, ZeroDivisionError):  # nan, infinity, or no number
-        raise InputError(f"{name}: expected a number; got {told!r:.40}.") from None
+        raise InputError(f"{name}: expected a number; got {shown(told, 40)}.") from None
 
 
 def as_probability(name: str, value: Fraction | float | str) -> Fraction:
