@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64, at_least
-from parc_jax.common.errors import InputError, check_kind, reading
+from parc_jax.common.errors import InputError, SoundnessError, check_kind, reading
 from parc_jax.common.on_use import package
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
 from parc_jax.drive.loop.commitment import Commitment, Step
@@ -166,8 +166,10 @@ class Shield(gymnasium.Wrapper):
         """
         self._steps, self._left, self.commitments = None, False, []
         self.loop.restart()
-        with reading("Shield: sense", "to work at reset", Exception):
+        try:
             seen = self._sensed(observation)
+        except Exception as error:
+            raise InputError(f"Shield: expected to sense at reset; {said(error)}.") from error
         step = self._decide(seen, self._rows[0, self._chosen], 0.0)
         if step.committed is None:
             raise InputError(
@@ -226,6 +228,8 @@ class Shield(gymnasium.Wrapper):
         except Exception as error:
             if not self._steps:
                 self.loop.restart(first)
+            if isinstance(error, MemoryError | SoundnessError):
+                raise
             why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
             return self.loop.go_on(why, None, seen.pose, now, seen.drift), True
         if step.new:

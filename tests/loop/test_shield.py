@@ -11,6 +11,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.app.cli.check import brief
 from parc_jax.checker.answer import allowance_of
+from parc_jax.common.errors import SoundnessError
 
 need("gymnasium")
 from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
@@ -146,6 +147,33 @@ def test_what_the_user_s_code_gets_wrong_ends_in_the_stop_under_way(model, wrong
     late = True
     told = env.step(AHEAD)[4]["shield"]
     assert told["changed"] and told["reason"] and (told["driven"] == 0).all()
+
+
+@pytest.mark.parametrize("kind", [SoundnessError, MemoryError, KeyboardInterrupt])
+def test_a_proof_that_cannot_be_trusted_and_an_end_of_the_program_are_no_stop(
+    model, kind, monkeypatch
+):
+    def fails(*_, **__):
+        raise kind("here.")
+
+    env = shielded(model=model)
+    env.reset()
+    env.step(AHEAD / 2)
+    monkeypatch.setattr("parc_jax.drive.loop.loop.preferred", fails)
+    with pytest.raises(kind):
+        env.step(AHEAD / 2)
+
+
+def test_what_the_user_s_code_raises_before_a_start_is_told_with_its_cause(model):
+    def fails(*_):
+        raise FileNotFoundError("calibration")
+
+    with pytest.raises(pj.InputError, match=r"to sense at reset.*calibration") as told:
+        shielded(model=model, sense=fails).reset()
+    assert isinstance(told.value.__cause__, FileNotFoundError)
+    with pytest.raises(pj.InputError, match="ask: expected to take actions") as told:
+        shielded(model=model, ask=lambda action: 1 / 0)
+    assert isinstance(told.value.__cause__, ZeroDivisionError)
 
 
 @pytest.mark.soundness
