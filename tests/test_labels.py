@@ -8,7 +8,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError, is_text
-from parc_jax.learning.labels import labels, labels_of, name_of, unit_of
+from parc_jax.learning.labels import axes_of, labels, labels_of, name_of, unit_of
 from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.problem.problem import Span
 from parc_jax.problem.problem_file import labelled, load_problem, save_problem
@@ -89,6 +89,15 @@ def test_no_text_that_comes_from_outside_can_look_like_a_sentence_of_ours(text, 
         np.savez(tmp_path / f"{text}.npz", k=np.ones((2, 1)), p=np.zeros((2, 5, 2)))
         runs = pj.load_rollouts(tmp_path / f"{text}.npz", model.time)
         assert is_text(runs.law.describe())
+
+
+def test_coordinates_are_named_by_label_name_or_number_each_once():
+    words = ("speed [m/s]", "turn [rad/s]", "é")
+    for named in (("é", "speed"), (np.str_("é"), 0), (2, np.int64(0)), ["é", "speed [m/s]"]):
+        axes = axes_of(named, words)
+        assert axes == (2, 0) and all(type(axis) is int for axis in axes)
+    for named in (("speed", 0), (np.int64(0), 0), (True,), (1.0,), (3,), (-1,), "speed", (None,)):
+        assert axes_of(named, words) is None
 
 
 def test_labels_of_no_part_of_a_model_are_refused():

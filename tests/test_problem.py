@@ -44,7 +44,8 @@ def test_goals_over_points_there_are_not_are_refused():
 
 
 def test_a_problem_keeps_the_names_its_goal_was_made_for():
-    goal = goal_of_points(NAMES, {"right": BAY})
+    goal = goal_of_points(np.array(NAMES), {"right": BAY})
+    assert goal.points == NAMES
     problem = reach_avoid(goal, [BAY], hull("left", "right"))
     assert problem.points == NAMES
     assert type(problem.goal) is HPolytope and (problem.goal.A == goal.A).all()

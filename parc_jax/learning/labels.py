@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from numbers import Integral
 from typing import NamedTuple
 
 from parc_jax.common.errors import InputError, is_text
@@ -94,8 +95,9 @@ def axes_of(words: Iterable, labels: Sequence[str]) -> tuple[int, ...] | None:
     names = [name_of(label) for label in labels]
     plain = [name_of(word) if isinstance(word, str) else word for word in words]
     axes = [names.index(word) if word in names else word for word in plain]
-    known = all(type(axis) is int and 0 <= axis < len(names) for axis in axes)
-    return tuple(axes) if known and len({*axes}) == len(axes) else None
+    whole = all(isinstance(axis, Integral) and not isinstance(axis, bool) for axis in axes)
+    known = whole and {*axes} <= {*range(len(names))}
+    return tuple(map(int, axes)) if known and len({*axes}) == len(axes) else None
 
 
 def named_of(label: str, more: object) -> str:

@@ -275,7 +275,7 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
         of such sets by name. The first point needs a bounded set: plans are drawn by its end.
     q: Box or HPolytope of the further goal states, if any.
     """
-    points = check_points("goal", points)
+    points = check_points("goal", points.tolist() if isinstance(points, np.ndarray) else points)
     given = where if isinstance(where, dict) else dict.fromkeys(points, where)
     numbers = {number_of(name, points, "goal"): region for name, region in given.items()}
     if not given or len(numbers) < len(given):

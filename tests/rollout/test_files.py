@@ -153,7 +153,7 @@ def test_a_mark_at_the_beginning_of_a_table_is_no_part_of_a_name(batch, tmp_path
     np.savetxt(tmp_path / "k.csv", batch.k[:3], delimiter=",")
     for i, track in enumerate(batch.p[:3]):
         np.savetxt(tmp_path / "p" / f"{i}.csv", track, delimiter=",")
-    names = "day1\nday\u200b1\nday2"
+    names = "caf\u00e9\nCafe\u200b\u0301\nday2"
     (tmp_path / "groups.csv").write_text(names, encoding="utf-8-sig")
     first, second, third = load_rollouts(tmp_path, time=GRID).groups
     assert first == second != third
