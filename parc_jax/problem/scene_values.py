@@ -77,11 +77,10 @@ def numbers_of(name: str, value, ndim: int) -> np.ndarray:
             )
         return nearest
 
+    floats = one(value)
     try:
-        array = np.array(one(value), np.float64)
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
+        array = np.array(floats, np.float64)
+    except ValueError:
         array = np.zeros((0,) * (ndim + 1))
     if array.ndim != ndim:
         wanted = ("one number", "a list of numbers", "a list of rows of as many numbers each")[ndim]

@@ -97,12 +97,8 @@ def _normalised(net: ReLUNetwork, normalisation: Normalisation | None) -> ReLUNe
 def _array(key: str, value, name: str) -> np.ndarray:
     """A float64 array from an array or a tensor on any device."""
     value = value.detach().cpu() if hasattr(value, "detach") else value
-    try:
+    with reading(name, f"numbers in {key!r}"):
         return np.asarray(value, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{name}: expected numbers in {key!r}; got {type(value).__name__}."
-        ) from None
 
 
 class Linear(NamedTuple):
@@ -159,16 +155,12 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
             W, b = np.eye(len(b)), np.zeros(len(b))
             continue
         fresh = False
-        try:
+        with reading(name, "each layer to fit the one before it"):
             if isinstance(step, Scale):
                 factor, offset = (np.broadcast_to(v, b.shape) for v in step)
                 W, b = factor[:, None] * W, factor * b + offset
             else:
                 W, b = step.W @ W, step.W @ b + step.b
-        except ValueError as error:
-            raise InputError(
-                f"{name}: expected each layer to fit the one before it; {error}."
-            ) from None
     net = relu_network([*weights, W], [*biases, b])
     x = np.random.default_rng(0).normal(size=(512, n_in)) * np.logspace(-2, 2, 512)[:, None]
     expected, got = apply(chain, x), outputs(net, x)

@@ -196,12 +196,8 @@ class Ledger:
         self.done[one.number] = one
 
     def _open(self) -> None:
-        try:
+        with reading(self.folder, "a folder that no run writes to; another run does"):
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with the process
-        except OSError:
-            raise InputError(
-                f"{self.folder}: expected a folder that no run writes to; another run does."
-            ) from None
         describe_work(self.folder / ABOUT, self.meta)
         text = (self.folder / LINES).read_bytes()
         # a line that a killed run did not finish is dropped, and its episode driven again

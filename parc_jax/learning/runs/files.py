@@ -65,14 +65,10 @@ def read_npz(path) -> dict[str, np.ndarray]:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
     except (ValueError, *DAMAGED) as error:
-        if isinstance(error, ValueError) and "Object arrays" in str(error):
-            raise InputError(
-                f"{path}: expected arrays of numbers; one is a list. {RAGGED}"
-            ) from None
-        raise InputError(
-            f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write "
-            "it again."
-        ) from None
+        told = f"a complete .npz file; it is truncated or damaged ({error}). Write it again."
+        if "Object arrays" in str(error):
+            told = f"arrays of numbers; one is a list. {RAGGED}"
+        raise InputError(f"{path}: expected {told}") from None
 
 
 def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Path:

@@ -89,12 +89,8 @@ def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
         names = tuple(cell.strip() for cell in next(first))
     except IndexError:
         raise InputError(f"{path}: expected rows of numbers; the file is empty.") from None
-    try:
+    with reading(path, "rows of as many numbers each, separated by commas"):
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    except ValueError as error:
-        raise InputError(
-            f"{path}: expected rows of as many numbers each, separated by commas; {error}."
-        ) from None
     if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
         raise InputError(
             f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "
