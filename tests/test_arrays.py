@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.common.arrays import difference, in_chunks, map_rows
+from parc_jax.common.arrays import as_float64, difference, in_chunks, map_rows
+from parc_jax.common.errors import InputError
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 40])
@@ -46,6 +47,18 @@ def test_one_program_serves_all_numbers_of_rows():
     for n in (0, 1, 5, 9):
         assert len(map_rows(4, compiled, np.ones(n))) == n
     assert len(traced) == 1
+
+
+@pytest.mark.parametrize(
+    "value",
+    [10**400, 10**5000, [[1], [1, 2]], 1j, np.ma.array([[0.0]] * 2, mask=[[1], [0]])],
+    ids=["400", "5000", "ragged", "complex", "masked"],
+)
+def test_what_no_float64_holds_is_refused(value):
+    """On one line, also where Python writes it on several, or not at all."""
+    with pytest.raises(InputError, match="x: expected numbers of shape") as told:
+        as_float64("x", value, (None,))
+    assert "\n" not in str(told.value)
 
 
 def test_runs_that_failed_alike_do_not_differ_and_others_do_without_bound():

@@ -38,9 +38,9 @@ def test_names_become_numbers():
     [
         (lambda: body_of([]), "at least one part; got none"),
         (lambda: hull(), "at least one reference point; got none"),
-        (lambda: hull("left", radius=-1.0), "part 0 of the body: expected a radius >= 0 m"),
+        (lambda: hull("left", radius=-1.0), "part 0 of the body radius: expected a number >= 0"),
         (lambda: hull(1.5), "names or numbers of points; got 1.5"),
-        (lambda: body_of([Disc(1.0)]), "expected a Part; got Disc"),
+        (lambda: body_of([Disc(1.0)]), "part 0 of the body: expected Part; got Disc"),
         (lambda: body_of([Part(("left",), "round")]), "part 0 of the body radius"),
         (lambda: numbered(hull("nose"), NAMES), r"\(centre, left, right\); got 'nose'"),
         (lambda: numbered(hull(3), NAMES), "got 3"),

@@ -2,12 +2,15 @@
 them.
 """
 
+import numpy as np
 import pytest
 from toy_models import line_model
 
 import parc_jax as pj
-from parc_jax.common.errors import InputError
-from parc_jax.learning.labels import labels, labels_of, name_of, unit_of
+from parc_jax.common.errors import InputError, is_text
+from parc_jax.learning.labels import axes_of, labels, labels_of, name_of, unit_of
+from parc_jax.learning.runs.law import law_spec, subject
+from parc_jax.problem.problem import Span
 from parc_jax.problem.problem_file import labelled, load_problem, save_problem
 
 NAMED = labels(2, 1, 2, q=("final yaw [rad]",), k=("speed [m/s]", "turn [rad]"))
@@ -50,6 +53,51 @@ def test_wrong_labels_are_refused(wrong):
     given = (wrong, wrong) if isinstance(wrong, int) else wrong
     with pytest.raises(InputError, match="labels of k: expected"):
         labels(2, 0, 2, k=given)
+
+
+@pytest.mark.parametrize("wrong", [{"q": ("yaw [deg]", "wind")}, {"p": ("x [cm]", "y [m]")}])
+def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
+    about = "cart", Cart.domain, pj.learning.time_grid(0.5, 1.0), 2, 2, None, ("turns", "stays")
+    named = subject(*about, {"q": ("yaw [rad]", "wind [knots]"), "k": ("speed [mm/s]", "b [deg]")})
+    assert named.labels.heading == 0
+    with pytest.raises(InputError, match="Tell the numbers and their label in"):
+        subject(*about, wrong)
+    with pytest.raises(InputError, match="Tell the numbers and their label in"):
+        named.with_labels(wrong)
+
+
+LINES = "It stands.\n(V) With confidence 0.999999 a plan fails with probability at most 1e-9."
+
+
+@pytest.mark.parametrize("text", [LINES, "\x1b[2K\rACCEPTED", "\ud800", "\x7f"])
+def test_no_text_that_comes_from_outside_can_look_like_a_sentence_of_ours(text, tmp_path):
+    model = line_model(4, 0.01)
+    about = model.tube, "this test", model.net, model.time
+    for enters in (
+        lambda: Span((0, 3), said=text),
+        lambda: Span((0, 3), of=text),
+        lambda: pj.learning.declared_claim(about[0], text, *about[2:]),
+        lambda: pj.learning.declared_claim(*about, system=text),
+        lambda: pj.learning.declared_claim(*about, points=(text,)),
+        lambda: law_spec(text, model.domain),
+        lambda: pj.problem.hull(text),
+    ):
+        with pytest.raises(InputError):
+            enters()
+    assert is_text(law_spec("a", model.domain, parameters={"a": text}).describe())
+    if text != "\ud800":  # no name of a file
+        np.savez(tmp_path / f"{text}.npz", k=np.ones((2, 1)), p=np.zeros((2, 5, 2)))
+        runs = pj.load_rollouts(tmp_path / f"{text}.npz", model.time)
+        assert is_text(runs.law.describe())
+
+
+def test_coordinates_are_named_by_label_name_or_number_each_once():
+    words = ("speed [m/s]", "turn [rad/s]", "é")
+    for named in (("é", "speed"), (np.str_("é"), 0), (2, np.int64(0)), ["é", "speed [m/s]"]):
+        axes = axes_of(named, words)
+        assert axes == (2, 0) and all(type(axis) is int for axis in axes)
+    for named in (("speed", 0), (np.int64(0), 0), (True,), (1.0,), (3,), (-1,), "speed", (None,)):
+        assert axes_of(named, words) is None
 
 
 def test_labels_of_no_part_of_a_model_are_refused():

@@ -39,10 +39,13 @@ def test_goals_over_points_there_are_not_are_refused():
         goal_of_points(NAMES, {"left": BAY, "right": box([0.0] * 3, [1.0] * 3)})
     with pytest.raises(InputError, match="at least one reference point"):
         goal_of_points(NAMES, {})
+    with pytest.raises(InputError, match="one for each that is named; got 'left' and 1"):
+        goal_of_points(NAMES, {"left": BAY, 1: box([5, 5], [6, 6])})
 
 
 def test_a_problem_keeps_the_names_its_goal_was_made_for():
-    goal = goal_of_points(NAMES, {"right": BAY})
+    goal = goal_of_points(np.array(NAMES), {"right": BAY})
+    assert goal.points == NAMES
     problem = reach_avoid(goal, [BAY], hull("left", "right"))
     assert problem.points == NAMES
     assert type(problem.goal) is HPolytope and (problem.goal.A == goal.A).all()
@@ -70,7 +73,7 @@ def test_what_is_replaced_is_given_as_to_a_new_problem():
         ({"obstacles": [1.0]}, "obstacle: expected a Box or an HPolytope; got float"),
         ({"obstacles": [BAY, wall]}, r"one entry per obstacle \(2\); got 1"),
         ({"obstacle": [BAY]}, "entries to change among goal, obstacles.* got obstacle"),
-        ({"body": -1.0}, "radius >= 0 m"),
+        ({"body": -1.0}, "radius: expected a number >= 0"),
     ):
         with pytest.raises(InputError, match=said):
             named.replace(**wrong)
@@ -100,7 +103,7 @@ def test_sets_made_by_hand_are_validated(wrong):
     ("parts", "said"),
     [
         ((), "body: expected at least one part; got none"),
-        ((Part((0,), Disc(-0.5)),), "part 0 of the body: expected a radius >= 0 m; got -0.5"),
+        ((Part((0,), Disc(-0.5)),), "part 0 of the body radius: expected a number >= 0; got -0.5"),
         ((Part((0,), Disc(np.nan)),), "part 0 of the body radius: expected finite numbers"),
         ((Part((), Disc(0.5)),), "part 0 of the body: expected at least one reference point"),
     ],

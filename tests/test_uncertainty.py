@@ -20,13 +20,15 @@ WALL = box([2.0, -1.0], [3.0, 1.0])
 REFUSED = {
     "a negative start": (
         {"start": [-0.1, 0.1]},
-        "uncertainty start: expected half widths >= 0; got -0.1",
+        "uncertainty start: expected finite half widths >= 0",
     ),
     "a negative tolerance": (
         {"k": {"speed": -1.0}},
-        "uncertainty k of speed: expected half widths >= 0",
+        "uncertainty k of speed: expected finite half widths >= 0",
     ),
-    "a negative goal": ({"goal": -1.0}, "uncertainty goal: expected half widths >= 0"),
+    "a negative goal": ({"goal": -1.0}, "uncertainty goal: expected finite half widths >= 0"),
+    "a width of nothing": ({"k": {"speed": 1e-320}}, "speed: .* none between 0 and 1e-100"),
+    "more than a place": ({"start": 10**400}, "uncertainty start: expected half widths, numbers"),
     "words for a start": ({"start": "wide"}, "uncertainty start: expected half widths, numbers"),
     "an endless start": ({"start": np.inf}, "uncertainty start: expected finite half widths"),
     "half a turn": ({"heading": 3.0}, "uncertainty heading: expected a half angle below 1 rad"),
@@ -99,7 +101,7 @@ def test_uncertainty_must_fit_the_scene():
     for sentence, uncertainty in cases.items():
         with pytest.raises(InputError, match=sentence):
             reach_avoid(GOAL, [WALL], 0.1, uncertainty=uncertainty)
-    with pytest.raises(InputError, match="uncertainty: expected an Uncertainty; got float"):
+    with pytest.raises(InputError, match=r"uncertainty: expected Uncertainty; got 0.1"):
         reach_avoid(GOAL, [WALL], 0.1, uncertainty=0.1)
 
 

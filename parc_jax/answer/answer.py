@@ -15,6 +15,7 @@ from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
 from parc_jax.common.spelling import hex_text
@@ -296,11 +297,7 @@ class Answer:
         start, by how much and when, the tube's part of it, and what would help. A search of its
         own; its numbers are of plans that were tried, and no proof.
         """
-        return self._why
-
-    @cached_property
-    def _why(self) -> Why:
-        return why_of(self.scene)
+        return once(self.scene, why_of)
 
     def save(self, path, polytopes: Polytopes | None = None) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it.

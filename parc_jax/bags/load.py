@@ -4,6 +4,7 @@ recording is one unit of the claim, however many runs were cut from it.
 
 import logging
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,9 +19,10 @@ from parc_jax.bags.recording import (
     stamp_of,
     value_at,
 )
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import at_least
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import words_of
@@ -45,6 +47,23 @@ class Track(NamedTuple):
     pose: np.ndarray
     more: np.ndarray
     frames: tuple[str, str]
+
+
+class Drive(NamedTuple):
+    """What was heard of one drive: its track, and the commands (n, c) at times (n,) [ns]."""
+
+    name: str
+    where: Track
+    times: np.ndarray
+    commands: np.ndarray
+
+    def then(self, part: "Drive") -> "Drive":
+        """All of it, with a part that goes on with it; what both have stands once."""
+        new = part.where.times > self.where.times[-1]
+        tracks = self.where[:3], (x[new] for x in part.where[:3])
+        times, pose, more = map(np.concatenate, zip(*tracks, strict=True))
+        sent = (np.concatenate(both) for both in zip(self[2:], part[2:], strict=True))
+        return Drive(part.name, Track(times, _unwrapped(pose), more, self.where.frames), *sent)
 
 
 class Windows(NamedTuple):
@@ -97,29 +116,32 @@ def load_bags(
     messages where they have any, or "recorder", the times of recording.
     """
     path = Path(path)
-    _check(path, k, k_law, domain, short, after)
+    _check(path, k, k_law, domain, short)
+    check_kind("time", time, TimeGrid)
     k, given = tuple(k), tuple(given)
-    bridge = 2 * time.dt_record if bridge is None else bridge
-    parts, recordings = [], {}
-    for one in recordings_in(path):
-        cut, where = _cut(one, time, pose, command, k, given, frames, after, bridge, clock)
-        recordings.setdefault(where.frames, one.name)
-        parts.append((int(where.times[0]), int(where.times[-1]), one.name, cut))
-    names, last = [], dict[str, int]()  # of each recording where it ends
-    parts.sort(key=lambda part: part[:3])
-    for begin, end, name, cut in parts:  # a recorder that splits its file makes no recordings
-        near = [one for one, at in last.items() if -1e9 <= begin - at <= apart * 1e9]
-        for one in near:
-            LOG.info("%s: goes on with %s, within %g s: parts of one recording", name, one, apart)
-        names = [name if one in near else one for one in names] + [name] * len(cut.k)
-        last[name] = max([end, *(last.pop(one) for one in near)])
+    bridge = at_least("bridge", 2 * time.dt_record if bridge is None else bridge)
+    after, apart = at_least("after", after), at_least("apart", apart)
+    parts = [_heard(one, pose, command, k, given, frames, clock) for one in recordings_in(path)]
+    parts.sort(key=lambda part: (part.where.times[0], part.where.times[-1], part.name))
+    recordings = {part.where.frames: part.name for part in parts}
+    together: list[list[Drive]] = []  # drives of one recording each
+    for part in parts:  # a recorder that splits its file makes no recordings, and begins no run
+        off = [part.where.times[0] - max(one.where.times[-1] for one in some) for some in together]
+        near = [some for some, x in zip(together, off, strict=True) if -1e9 <= x <= apart * 1e9]
+        joined = sorted(chain(*near), key=lambda one: one.where.times[-1])
+        if joined:
+            others = listed([one.name for one in joined])
+            LOG.info("%s: goes on with %s: parts of one recording", part.name, others)
+            part = joined.pop().then(part)
+        together = [some for some in together if some not in near] + [[*joined, part]]
     if len(recordings) > 1:
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
-    cuts = [cut for *_, cut in parts]
-    runs = Windows(*map(np.concatenate, zip(*cuts, strict=True)))
+    cuts = [[windows(*one[1:], time, after, bridge) for one in some] for some in together]
+    runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
     valid, unknown, dropped = _valid(path, runs, domain, len(given), short)
-    groups = np.array(names)[valid]
+    names = [some[-1].name for some in together]
+    groups = np.repeat(names, [sum(len(cut.k) for cut in some) for some in cuts])[valid]
     runs = Windows(*(part[valid] for part in runs))
     return recorded(
         path,
@@ -148,8 +170,8 @@ def load_bags(
     )
 
 
-def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock):
-    """Windows of one recording, and its track. Raises InputError."""
+def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
+    """What one file has of a drive. Raises InputError."""
     messages = heard(one, dict.fromkeys([pose, command]))
     poses, orders = messages[pose], messages[command]
     try:
@@ -167,8 +189,7 @@ def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock)
             )
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
-    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
-    return windows(where, times[order], values[order], time, after, bridge), where
+    return Drive(one.name, where, times, values)
 
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):
@@ -206,14 +227,12 @@ def _off(messages: Sequence[Heard]) -> float:
     return float(np.median(off)) / 1e9
 
 
-def _check(path: Path, k, k_law: str, domain, short: str, after: float) -> None:
+def _check(path: Path, k, k_law: str, domain, short: str) -> None:
     check_k_law(path, k_law, domain)
     if short not in SHORT:
         raise InputError(f"short: expected one of {', '.join(SHORT)}; got {short!r:.40}.")
-    if isinstance(k, str) or not k:
+    if isinstance(k, str) or not np.iterable(k) or not k:
         raise InputError(f"k: expected paths of numbers in a command, as a tuple; got {k!r:.40}.")
-    if not (np.isfinite(after) and after >= 0):
-        raise InputError(f"after: expected 0 s or more after the command; got {after!r:.40}.")
 
 
 def track(
@@ -244,9 +263,14 @@ def track(
             f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
             'Where nobody fills the headers in, take clock="recorder".'
         )
-    finite = np.isfinite(pose[:, 2])
+    return Track(times, _unwrapped(pose), rest, edge)
+
+
+def _unwrapped(pose: np.ndarray) -> np.ndarray:
+    """Poses (m, 3) without jumps of the heading by a turn."""
+    finite, pose = np.isfinite(pose[:, 2]), pose.copy()
     pose[finite, 2] = np.unwrap(pose[finite, 2])
-    return Track(times, pose, rest, edge)
+    return pose
 
 
 def times_of(topic: str, messages: Sequence[Heard], clock: str) -> np.ndarray:
@@ -292,6 +316,8 @@ def windows(
     longer than the run. bridge: [s] between poses, up to which the robot is taken to
     have gone straight.
     """
+    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
+    times, commands = times[order], commands[order]
     new = np.append(True, (np.diff(commands, axis=0) != 0).any(axis=1))
     pause = np.append(True, np.diff(times) > (after + grid.t_f) * 1e9)
     first = np.flatnonzero(new | pause)

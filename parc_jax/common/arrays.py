@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, shown
 
+NO_NUMBER = TypeError, ValueError, OverflowError  # of what becomes no float64
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
 product = partial(jnp.matmul, precision=HIGHEST)
 
@@ -29,9 +30,9 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     wanted = str(shape).replace("None", "any")
     try:
         array = np.array(real(value), dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except NO_NUMBER as error:
         raise InputError(
-            f"{name}: expected numbers of shape {wanted}; got {value!r:.80} ({error})."
+            f"{name}: expected numbers of shape {wanted}; got {shown(value, 80)} ({error})."
         ) from None
     fits = array.ndim == len(shape) and all(
         want in (None, have) for want, have in zip(shape, array.shape, strict=True)
@@ -48,18 +49,23 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     return array
 
 
+def at_least(name: str, value, lowest: float = 0.0) -> float:
+    """A finite number that is no less than the lowest. Raises InputError."""
+    number = float(as_float64(name, value, ()))
+    if not number >= lowest:
+        raise InputError(f"{name}: expected a number >= {lowest:g}; got {number:g}.")
+    return number
+
+
 def real(value):
-    """The value itself. Raises TypeError for complex numbers, of which NumPy would drop half."""
+    """The value itself. Raises TypeError for complex numbers, of which NumPy would drop half, and
+    for masked ones, whose mask it would drop.
+    """
     if getattr(getattr(value, "dtype", None), "kind", "") == "c":
         raise TypeError("complex numbers")
+    if np.ma.is_masked(value):
+        raise TypeError("masked numbers")
     return value
-
-
-def frozen(x: ArrayLike) -> np.ndarray:
-    """A read-only float64 copy."""
-    copy = np.array(x, np.float64)
-    copy.setflags(write=False)
-    return copy
 
 
 def slices(n: int, size: int) -> Iterator[slice]:

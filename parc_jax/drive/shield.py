@@ -2,6 +2,7 @@
 driven, whose stop is in hand. [T37, T38]
 """
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
@@ -10,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64, frozen
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import as_float64, at_least
+from parc_jax.common.errors import InputError, SoundnessError, check_kind, reading
 from parc_jax.common.on_use import package
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
 from parc_jax.drive.loop.commitment import Commitment, Step
@@ -102,9 +103,7 @@ class Shield(gymnasium.Wrapper):
         effort: Effort | None = None,
         assumed: Mapping[str, Any] | None = None,
     ):
-        if not isinstance(env, gymnasium.Env):
-            kind = type(env).__name__
-            raise InputError(f"Shield: expected an environment of Gymnasium; got {kind}.")
+        check_kind("Shield, environment of Gymnasium", env, gymnasium.Env)
         if env.has_wrapper_attr("autoreset"):  # that of Autoreset, under any other wrapper
             raise InputError(
                 "Shield: expected an environment that waits for reset, where a stop is certified; "
@@ -119,11 +118,16 @@ class Shield(gymnasium.Wrapper):
         self._lo, self._hi = model.domain.lo[self._chosen], model.domain.hi[self._chosen]
         self._sense, self._ask, self._act = sense, ask, act
         self._metric = self._euclidean if metric is None else metric
-        rest = np.zeros(len(self._chosen)) if rest is None else rest
+        for call in (sense, ask, act, self._metric):
+            check_kind("Shield: sense, ask, act and metric", call, Callable)
+        check_kind("Shield: assumed", assumed or {}, Mapping)
+        n = len(self._chosen)
+        rest = as_float64("rest", np.zeros(n) if rest is None else rest, (n,))
         if candidates is None:
             candidates = even_candidates(model, given, AT_ONCE - 2)[:, self._chosen]
         # the first row is what is proposed; the stop is always among the others
-        rows = np.concatenate([np.atleast_2d(rest), np.atleast_2d(rest), candidates])
+        candidates = as_float64("candidates", candidates, (None, n))
+        rows = np.concatenate([[rest, rest], candidates])
         if len(rows) > AT_ONCE:
             raise InputError(
                 f"Shield: expected at most {AT_ONCE - 2} candidates, which are judged in one call "
@@ -139,7 +143,7 @@ class Shield(gymnasium.Wrapper):
             effort=PATIENT if effort is None else effort,
         )
         self._assumed = assumed
-        self.every, self.room = every, float(as_float64("room", room, ()))
+        self.every, self.room = every, at_least("room", room)
         self.commitments: list[Commitment] = []
         self._observation: Any = None
         self._last = self._rows[0, self._given]  # the last given parameters that were finite
@@ -194,7 +198,10 @@ class Shield(gymnasium.Wrapper):
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
         self._observation = deepcopy(observation)  # the policy may write into its own
-        about = {"proposed": np.array(action), "driven": driven, "changed": changed}
+        proposed = None
+        with contextlib.suppress(Exception):  # the policy may propose anything
+            proposed = np.array(action)
+        about = {"proposed": proposed, "driven": driven, "changed": changed}
         about |= {"reason": decision.reason, "left": left}
         info = info | {"shield": about | self._about(one)}
         return observation, reward, terminated, truncated, info
@@ -212,15 +219,19 @@ class Shield(gymnasium.Wrapper):
         except Exception as error:  # the user's code may raise anything
             return self.loop.go_on(f"what is sensed is not known: {said(error)}"), True
         self._remember(seen)
+        first = self.commitments[0]
         try:
             proposed = self._asked(action)
+            if not self._steps:  # the time of the reset: its stop, or another in its place
+                self.loop.restart()
+            step = self._decide(seen, proposed, now)
         except Exception as error:
+            if not self._steps:
+                self.loop.restart(first)
+            if isinstance(error, MemoryError | SoundnessError):
+                raise
             why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
             return self.loop.go_on(why, None, seen.pose, now, seen.drift), True
-        first = self.commitments[0]
-        if not self._steps:  # the time of the reset: its stop, or another manoeuvre in its place
-            self.loop.restart()
-        step = self._decide(seen, proposed, now)
         if step.new:
             if not self._steps:
                 self.commitments.clear()
@@ -269,27 +280,16 @@ class Shield(gymnasium.Wrapper):
 
     def _remember(self, seen: Sensed) -> None:
         """What the brake needs; what is not finite does not replace what was."""
-        given = frozen(seen.given)
-        if given.shape == self._last.shape and np.isfinite(given).all():
-            self._last = given
+        with contextlib.suppress(InputError):
+            self._last = as_float64("given", seen.given, self._last.shape)
 
     def _asked(self, action: Any) -> np.ndarray:
         """Chosen parameters of an action. Raises InputError."""
-        shape = self.action_space.shape
-        try:
-            action = frozen(action)
-        except (TypeError, ValueError):
-            raise InputError(f"action: expected numbers; got {action!r:.60}") from None
-        if action.shape != shape or not np.isfinite(action).all():
+        action = as_float64("action", action, self.action_space.shape)
+        proposed = as_float64("ask", self._ask(action), self._lo.shape)
+        if not ((self._lo <= proposed) & (proposed <= self._hi)).all():
             raise InputError(
-                f"action: expected finite numbers of shape {shape}; the policy proposed "
-                f"{action.tolist()!r:.60}"
-            )
-        proposed = frozen(self._ask(action))
-        n = (len(self._chosen),)
-        if proposed.shape != n or not ((self._lo <= proposed) & (proposed <= self._hi)).all():
-            raise InputError(
-                f"ask: expected {n[0]} chosen parameters within K for the action "
+                "ask: expected chosen parameters within K for the action "
                 f"{action.tolist()!r:.60}; got {proposed.tolist()!r:.60}"
             )
         return proposed
@@ -305,27 +305,13 @@ class Shield(gymnasium.Wrapper):
     def _require_actions(self) -> None:
         """Raises InputError where actions and manoeuvres of each other are not."""
         space = self.action_space
-        if not isinstance(space, gymnasium.spaces.Box):
-            raise InputError(f"Shield: expected a Box as the action space; got {space}.")
+        check_kind("Shield: action space", space, gymnasium.spaces.Box)
         for corner in (space.low, space.high):
-            try:
+            with reading("Shield: ask", f"to take actions of shape {space.shape}", Exception):
                 self._asked(corner)
-            except InputError:
-                raise
-            except Exception as error:
-                raise InputError(
-                    f"Shield: expected ask to take actions of shape {space.shape}, those of the "
-                    f"environment; {said(error)}."
-                ) from error
         for seconds in (0.0, 1.0):
             self._driven(self._rows[0], seconds)
 
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
-        driven, shape = np.asarray(self._act(k, seconds, self._last)), self.action_space.shape
-        if driven.shape != shape or not np.isfinite(driven).all():
-            raise InputError(
-                f"Shield: expected act to return actions of shape {shape}, those of the "
-                f"environment; got {driven!r:.60}."
-            )
-        return driven
+        return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)

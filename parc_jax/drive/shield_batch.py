@@ -269,8 +269,8 @@ class BatchShield:
         nearer = ((asked.ahead <= 0) | (far * asked.ahead < brake)).at[0].set(True)
         ends = jax.vmap(jax.tree.map(single, self._few))(single(k))
         bins = jax.vmap(open_bin_of, (None, 0))(self._model.tube.edges, k)
-        corners = _from_robot(seen)
-        middle = jnp.where(seen.active[:, None], corners.mean(axis=1), self._far)
+        corners = jnp.where(seen.active[:, None, None], _from_robot(seen), self._far)
+        middle = corners.mean(axis=1)  # what is not there is far away, whatever its corners are
         near = jax.lax.top_k(-(middle**2).sum(axis=1), min(RANKED, len(middle)))[1]
         corners, middle = single(corners[near]), single(middle[near])
         # a disc within each: as wide as its sides are near

@@ -1,10 +1,11 @@
 """Names of coordinates, for pictures, page, films and messages. No verdict reads them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from numbers import Integral
 from typing import NamedTuple
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
@@ -89,6 +90,16 @@ def unit_of(label: str) -> str:
     return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
 
 
+def axes_of(words: Iterable, labels: Sequence[str]) -> tuple[int, ...] | None:
+    """Indices of coordinates by label, name or number; None where one is none, or named twice."""
+    names = [name_of(label) for label in labels]
+    plain = [name_of(word) if isinstance(word, str) else word for word in words]
+    axes = [names.index(word) if word in names else word for word in plain]
+    whole = all(isinstance(axis, Integral) and not isinstance(axis, bool) for axis in axes)
+    known = whole and {*axes} <= {*range(len(names))}
+    return tuple(map(int, axes)) if known and len({*axes}) == len(axes) else None
+
+
 def named_of(label: str, more: object) -> str:
     """The label of one of several that share it, with `more` behind its name."""
     unit = unit_of(label)
@@ -111,7 +122,7 @@ def _checked(part: str, given, n: int) -> tuple[str, ...]:
             f"{len(words)}."
         )
     for word in words:
-        plain = isinstance(word, str) and word.isprintable() and "$" not in word
+        plain = is_text(word) and "$" not in word
         if not plain or not 0 < len(word) <= LONGEST:
             raise InputError(
                 f"labels of {part}: expected plain text of 1 to {LONGEST} characters without '$'; "

@@ -10,7 +10,7 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
@@ -193,7 +193,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
             "or a scene. Try pj.load_answer(path) or pj.exchange.load_problem(path)."
         )
     file = read_npz(path)
-    try:
+    with reading(path, "a file of `TrajectoryModel.save`"):
         meta = json.loads(str(file["meta"]))
         if meta["format"] != FORMAT:
             raise InputError(
@@ -206,11 +206,6 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         )
         n_points = len(meta["claim"]["subject"]["points"])
         claim = claim_from_json(meta["claim"], tube_from_arrays(file, net.n_in, n_points))
-    except (KeyError, TypeError, json.JSONDecodeError) as error:
-        raise InputError(
-            f"{path}: expected a file of `TrajectoryModel.save`; {type(error).__name__}: {error}. "
-            "Save it again."
-        ) from None
     if system is not None and claim.subject.system != system:
         raise InputError(
             f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."

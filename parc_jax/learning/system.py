@@ -6,7 +6,8 @@ import jax
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError, is_text
 from parc_jax.common.sets.box import Box
 
 
@@ -60,7 +61,9 @@ class TimeGrid:
 
 def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid:
     """Validated grid: t_f a multiple of dt, dt a multiple of dt_record. Raises InputError."""
-    dt_record = dt if dt_record is None else dt_record
+    dt, t_f, dt_record = as_float64(
+        "time grid", [dt, t_f, dt if dt_record is None else dt_record], (3,)
+    ).tolist()
     if not (0 < dt_record <= dt <= t_f):
         raise InputError(
             f"time grid: expected 0 < dt_record <= dt <= t_f; got {dt_record}, {dt}, {t_f} s."
@@ -68,7 +71,7 @@ def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid
     for name, ratio in (("t_f / dt", t_f / dt), ("dt / dt_record", dt / dt_record)):
         if abs(ratio - round(ratio)) > 1e-9 * ratio:
             raise InputError(f"time grid: expected {name} to be a whole number; got {ratio:g}.")
-    return TimeGrid(float(dt), float(t_f), float(dt_record))
+    return TimeGrid(dt, t_f, dt_record)
 
 
 class Layout(NamedTuple):
@@ -149,11 +152,11 @@ def points_of(system) -> tuple[str, ...]:
 
 def check_points(owner: str, names) -> tuple[str, ...]:
     """Validated names of reference points. owner: for messages. Raises InputError."""
-    fine = isinstance(names, tuple | list) and all(isinstance(n, str) and n for n in names)
+    fine = isinstance(names, tuple | list) and all(is_text(n) and n for n in names)
     if not fine or len(names) == 0 or len(set(names)) < len(names):
         raise InputError(
-            f"{owner}: expected points, a tuple of distinct names of reference points; got "
-            f"{names!r}."
+            f"{owner}: expected points, a tuple of distinct names of reference points on one line; "
+            f"got {names!r}."
         )
     return tuple(names)
 

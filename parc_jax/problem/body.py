@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import as_float64, at_least
+from parc_jax.common.errors import InputError, check_kind, is_text
 from parc_jax.common.spelling import counted
 
 
@@ -81,12 +81,11 @@ def body_of(parts: Sequence[Part | Body]) -> Body:
         raise InputError("body: expected at least one part; got none.")
     for i, part in enumerate(flat):
         name = f"part {i} of the body"
-        if not isinstance(part, Part):
-            raise InputError(f"{name}: expected a Part; got {type(part).__name__}.")
+        check_kind(name, part, Part)
         if len(part.points) == 0:
             raise InputError(f"{name}: expected at least one reference point; got none.")
         for point in part.points:
-            if not isinstance(point, str | int | np.integer):
+            if not (isinstance(point, int | np.integer) or is_text(point)):
                 raise InputError(f"{name}: expected names or numbers of points; got {point!r}.")
         valid.append(Part(tuple(part.points), shape(name, part.shape)))
     return Body(tuple(valid))
@@ -102,11 +101,7 @@ def shape(name: str, value) -> Disc | Polygon:
                 "radius 0."
             )
         return Polygon(vertices)
-    radius = value.radius if isinstance(value, Disc) else value
-    radius = float(as_float64(f"{name} radius", radius, ()))
-    if not (np.isfinite(radius) and radius >= 0):
-        raise InputError(f"{name}: expected a radius >= 0 m; got {radius}.")
-    return Disc(radius)
+    return Disc(at_least(f"{name} radius", value.radius if isinstance(value, Disc) else value))
 
 
 def parts_of(robot: Disc | Polygon | Body) -> tuple[Part, ...]:

@@ -10,11 +10,12 @@ import numpy as np
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.vertices import bounding_box
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.network.predict import Layout
+from parc_jax.learning.system import LARGEST, check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.outlines import Edge
@@ -38,6 +39,8 @@ class Span(tuple):
     more: bool
 
     def __new__(cls, pair, dt=None, at=None, of: Any = None, said: str = "", more: bool = False):
+        for name, text in (("said", said), ("of", of if isinstance(of, str) else "")):
+            check_text(f"span: {name}", text)
         self = super().__new__(cls, pair)
         self.dt, self.at, self.of, self.said, self.more = dt, at, of, said, bool(more)
         return self
@@ -167,7 +170,9 @@ def reach_avoid(
     start = None if start is None else owned(start, "start")
     body = body_of([body]) if isinstance(body, Body) else shape("body", body)
     # where none of these tells of the workspace the model will: a goal may be of several points
-    n_p = next((s.n for s in (*obstacles, start) if s is not None), None) or _of_polygons(body)
+    known = [s.n for s in (*obstacles, start) if s is not None]
+    polygons = [x.shape.vertices for x in parts_of(body) if isinstance(x.shape, Polygon)]
+    n_p = next(iter([*known, *(corners.shape[1] for corners in polygons)]), None)
     _require_in_workspace(obstacles, start, n_p)
     if n_p is not None and goal.n < n_p:
         raise InputError(
@@ -205,9 +210,7 @@ def reach_avoid(
             f"for {min(moments)!r} s of the clock, others for {max(moments)!r} s."
         )
     if uncertainty is not None:
-        if not isinstance(uncertainty, Uncertainty):
-            kind = type(uncertainty).__name__
-            raise InputError(f"uncertainty: expected an Uncertainty; got {kind}.")
+        check_kind("uncertainty", uncertainty, Uncertainty)
         if n_p is not None:
             uncertainty.shifts(n_p)
         errors = uncertainty.of_obstacles(len(obstacles))
@@ -272,10 +275,14 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
         of such sets by name. The first point needs a bounded set: plans are drawn by its end.
     q: Box or HPolytope of the further goal states, if any.
     """
+    points = check_points("goal", points.tolist() if isinstance(points, np.ndarray) else points)
     given = where if isinstance(where, dict) else dict.fromkeys(points, where)
-    if not given:
-        raise InputError("goal: expected a set for at least one reference point; got none.")
     numbers = {number_of(name, points, "goal"): region for name, region in given.items()}
+    if not given or len(numbers) < len(given):
+        raise InputError(
+            "goal: expected a set for at least one reference point, and one for each that is "
+            f"named; got {listed([repr(name) for name in given]) if given else 'none'}."
+        )
     regions = [(i, owned(r, f"goal of {points[i]}")) for i, r in sorted(numbers.items())]
     n_p = regions[0][1].n
     for i, region in regions:
@@ -290,7 +297,7 @@ def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
         n += blocks[-1][1].n
     A = [np.pad(r.A, ((0, 0), (first, n - first - r.n))) for first, r in blocks]
     rows = hpolytope(np.concatenate(A), np.concatenate([r.b for _, r in blocks]))
-    return GoalOfPoints(rows.A, rows.b, tuple(points))
+    return GoalOfPoints(rows.A, rows.b, points)
 
 
 def finite_box(
@@ -348,11 +355,12 @@ def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
 
 def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     """lo, hi, if the needed axes are bounded and none is empty. Raises InputError."""
-    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
+    open_ = needed & ~(np.maximum(-lo, hi) <= LARGEST)  # of larger ones no volume is a float
     if open_.any():
         axis = int(np.argmax(open_))
         raise InputError(
-            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
+            f"{name}: expected a bounded set; axis {axis} has no bound up to {LARGEST:g}. Add "
+            "the missing rows."
         )
     if (lo > hi).any():
         axis = int(np.argmax(lo > hi))
@@ -361,8 +369,3 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
             f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
         )
     return lo, hi
-
-
-def _of_polygons(body) -> int | None:
-    polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
-    return polygons[0].vertices.shape[1] if polygons else None

@@ -6,12 +6,12 @@ import json
 import tomllib
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.labels import PARTS, Labels
 from parc_jax.learning.model import TrajectoryModel
@@ -89,28 +89,17 @@ def _named(name: str, data, points: Sequence[str] | None) -> Problem:
 
 
 def _data(path):
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected a text file in TOML or JSON; {error}.") from None
-    return _parsed(text, str(path))
+    with reading(path, "a text file in TOML or JSON"):
+        return _parsed(Path(path).read_text(encoding="utf-8-sig"), str(path))
 
 
 def _parsed(text: str, name: str):
     """The data of a file called `name`, with exact decimals."""
-    is_json = name.endswith(".json")
-    try:
-        if is_json:
+    kind = "JSON" if name.endswith(".json") else "TOML"
+    with reading(name, f"a scene in {kind}"):
+        if kind == "JSON":
             return json.loads(text, parse_float=Decimal, object_pairs_hook=_unique)
         return tomllib.loads(text, parse_float=Decimal)
-    except ValueError as error:
-        kind = "JSON" if is_json else "TOML"
-        raise InputError(f"{name}: expected a scene in {kind}; {error}.") from None
-    except InvalidOperation:
-        raise InputError(f"{name}: a number in it cannot be read.") from None
 
 
 def _unique(pairs: list) -> dict:
@@ -347,4 +336,4 @@ def _inline(value) -> str:
     if isinstance(value, dict):
         pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
         return "{ " + ", ".join(pairs) + " }"
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # as JSON has it

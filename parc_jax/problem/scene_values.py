@@ -69,18 +69,18 @@ def numbers_of(name: str, value, ndim: int) -> np.ndarray:
             return [one(x) for x in v]
         if isinstance(v, bool) or not isinstance(v, int | Decimal) or not Decimal(v).is_finite():
             raise InputError(f"{name}: expected finite numbers; got {v!s:.40}.")
-        if not np.isfinite(float(v)) or Decimal(repr(float(v))) != v:
+        nearest = float(Decimal(v))  # infinite for a whole number beyond all floats
+        if not np.isfinite(nearest) or Decimal(repr(nearest)) != v:
             raise InputError(
-                f"{name}: expected a decimal that a float64 keeps (up to 15 digits); got {v}. "
-                "Round it."
+                f"{name}: expected a decimal that a float64 keeps (up to 15 digits); got "
+                f"{v!s:.40}. Round it."
             )
-        return float(v)
+        return nearest
 
+    floats = one(value)
     try:
-        array = np.array(one(value), np.float64)
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
+        array = np.array(floats, np.float64)
+    except ValueError:
         array = np.zeros((0,) * (ndim + 1))
     if array.ndim != ndim:
         wanted = ("one number", "a list of numbers", "a list of rows of as many numbers each")[ndim]

@@ -3,16 +3,19 @@ goals, parameters that no plan chooses. [T21, T22]
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import NO_NUMBER
+from parc_jax.common.errors import InputError, shown
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, owned
+from parc_jax.learning.bound.counts import as_fraction
+from parc_jax.learning.system import LARGEST
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
@@ -100,12 +103,14 @@ def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
         if np.asarray(value).dtype == bool:
             raise TypeError
         array = np.atleast_1d(np.asarray(value, np.float64))
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
-    if array.ndim != 1 or not np.isfinite(array).all() or (n is not None and len(array) != n):
-        raise InputError(f"{name}: expected finite half widths; got {value!r:.60}.")
-    if (array < 0).any():
-        raise InputError(f"{name}: expected half widths >= 0; got {array.min():g}.")
+    except NO_NUMBER:
+        raise InputError(f"{name}: expected half widths, numbers; got {shown(value)}.") from None
+    fits = (array == 0) | ((1 / LARGEST <= array) & (array <= LARGEST))
+    if array.ndim != 1 or n not in (None, len(array)) or not fits.all():
+        raise InputError(
+            f"{name}: expected finite half widths >= 0, none between 0 and {1 / LARGEST:g}; got "
+            f"{value!r:.60}."
+        )
     return tuple(array.tolist())
 
 
@@ -131,17 +136,12 @@ def _by_name(read: Callable, listed: bool = False) -> Callable:
             example = ' such as {"speed": ...}'
             raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
         named = [(_parameter(name, p), value) for p, value in pairs]
-        require_once(name, [p for p, _ in named])
+        names = [p for p, _ in named]
+        if twice := [p for p in names if names.count(p) > 1]:
+            raise InputError(f"{name}: expected every parameter once; {twice[0]} is named twice.")
         return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
 
     return valid
-
-
-def require_once(name: str, parameters: Sequence[Parameter]) -> None:
-    """Raises InputError for a parameter that is named twice."""
-    for p in parameters:
-        if parameters.count(p) > 1:
-            raise InputError(f"{name}: expected every parameter once; {p} is named twice.")
 
 
 def _parameter(name: str, given) -> Parameter:
@@ -165,9 +165,9 @@ def _value_or_box(name: str, value) -> Interval | str:
 def _box(name: str, value) -> Interval:
     try:
         lo, hi = (float(x) for x in value)
-    except (TypeError, ValueError):
+    except NO_NUMBER:
         raise InputError(
-            f"{name}: expected a box (lo, hi) that it lies in; got {value!r:.60}."
+            f"{name}: expected a box (lo, hi) that it lies in; got {shown(value)}."
         ) from None
     if not (math.isfinite(lo) and math.isfinite(hi) and lo <= hi):
         raise InputError(f"{name}: expected a box lo <= hi of finite numbers; got ({lo}, {hi}).")
@@ -189,11 +189,7 @@ def _sets(name: str, value) -> tuple[HPolytope | None, ...]:
 
 
 def _probability(name: str, value) -> Fraction:
-    try:
-        exact = Fraction(str(value))
-    except (ValueError, ZeroDivisionError):
-        exact = Fraction(-1)
-    if not 0 <= exact < 1:
+    if not 0 <= (exact := as_fraction(name, value)) < 1:
         raise InputError(f"{name}: expected a probability in [0, 1); got {value!r:.60}.")
     return exact
 

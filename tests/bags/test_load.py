@@ -2,6 +2,7 @@
 meant.
 """
 
+import itertools
 import logging
 
 import numpy as np
@@ -89,6 +90,26 @@ def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
     apart = pj.exchange.load_bags(tmp_path, GRID, **ASKED, apart=1.0)
     assert len(set(apart.groups)) == 4  # the second and the third overlap
     assert "recordings = one where it goes on within 10 s of another's end" in runs.law.describe()
+
+
+def test_a_file_that_ends_in_a_manoeuvre_begins_no_run(tmp_path):
+    """Commands are repeated, and the recorder splits its file in the middle of the second."""
+    times, *rest, sent = drive(COMMANDS)
+    begins = np.concatenate([np.arange(a, b - 0.01, 0.25) for a, b in itertools.pairwise(sent)])
+    repeated = COMMANDS[np.searchsorted(sent, begins + 1e-6) - 1]
+    whole = pj.exchange.load_bags(
+        bag(tmp_path, "ros1", "whole", (times, *rest, [*begins, sent[-1]]), repeated), GRID, **ASKED
+    )
+    (tmp_path / "parts").mkdir()
+    middle = (sent[1] + sent[2]) / 2
+    for i, early in enumerate((True, False)):
+        kept, mine = ((x < middle) == early for x in (times, begins))
+        stop = [] if early else [sent[-1]]
+        part = (times[kept], *(x[kept] for x in rest), [*begins[mine], *stop])
+        bag(tmp_path / "parts", "ros1", f"part {i}", part, repeated[mine])
+    split = pj.exchange.load_bags(tmp_path / "parts", GRID, **ASKED)
+    assert split.n == whole.n == 3 and len(set(split.groups)) == 1 and not split.failed.any()
+    np.testing.assert_allclose(split.p, whole.p, atol=1e-12)
 
 
 def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
@@ -187,6 +208,12 @@ ASKED_OF_ONE = {  # of a bag that is good: what is asked for, what is said
     "too long": ({"time": pj.learning.time_grid(1.0, 5.0)}, "Try a shorter t_f"),
     "another K": ({"domain": pj.box([0], [1])}, "expected a domain of 2 parameters"),
     "uniform by word": ({"k_law": "uniform", "domain": None}, "expected k_law"),
+    "no time apart": ({"apart": float("nan")}, "apart: expected finite"),
+    "earlier apart": ({"apart": -5.0}, "apart: expected a number >= 0; got -5"),
+    "no bridge": ({"bridge": float("nan")}, "bridge: expected finite"),
+    "a bridge in words": ({"bridge": "x"}, "bridge: expected numbers"),
+    "one number": ({"k": 3}, "k: expected paths of numbers"),
+    "no grid": ({"time": None}, "time: expected TimeGrid"),
     "a word": ({"short": "fine"}, "short: expected one of failed, dropped"),
     "a clock": ({"clock": "wall"}, "clock: expected one of header, recorder"),
 }

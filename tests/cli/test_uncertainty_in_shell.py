@@ -24,7 +24,7 @@ def shell(shell, files):
         ),
         (
             ("--uncertainty-k", "speed=0.1"),
-            "expected parameters of the model (k0, k1); got 'speed'",
+            "expected parameters of the model (k0, k1), each once; got 'speed'",
         ),
         (
             ("--uncertainty-k", "k0=0.5", "k0=0.001"),
@@ -32,7 +32,7 @@ def shell(shell, files):
         ),
         (
             ("--uncertainty-k", "k0=0.5", "0=0.001"),
-            "uncertainty k: expected every parameter once; k0",
+            "(k0, k1), each once; got 'k0' and 0",
         ),
         (("--given", "k0=0.5", "--given", "k1=0.5"), "--given: expected every option once"),
         (

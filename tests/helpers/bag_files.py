@@ -116,7 +116,8 @@ def write(path, kind, driven, commands, *, frames=("odom", "base_link"), stamps=
         lines.append((ns(t), "/odom", "nav_msgs/msg/Odometry", odometry))
         moved = says.transforms(ns(t), pose, frames)
         lines.append((ns(t), "/tf", TF, moved))
-    for t, (v, w) in zip(sent, [*commands, (0.0, 0.0)], strict=True):
+    stops = [(0.0, 0.0)] * (len(sent) - len(commands))  # one, or none where it was not sent yet
+    for t, (v, w) in zip(sent, [*commands, *stops], strict=True):
         lines.append((ns(t), "/cmd_vel", "geometry_msgs/msg/Twist", says.twist(v, w)))
     lines.sort(key=lambda line: line[0])
     put = says.store.serialize_ros1 if ros1 else says.store.serialize_cdr

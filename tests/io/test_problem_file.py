@@ -38,7 +38,7 @@ def scenes(rng):
         goal, [box([1.0, 0.0], [2.0, 1.0])], 0.25, box([-1.0, -1.0], [0.0, 0.1]), spans=[(1, 2)]
     )
     blocks = [box([1.0, 0.0], [2.0, 1.0])] * 3
-    law = 'Movers each "leave" their tube\nwith probability at most 0.1.'
+    law = 'Movers each "leave" their \\ tube with probability at most 0.1.'
     made = [Span((0, 1), 0.25), Span((1, 2), at=0.0), Span((2, 3), 0.25, 0.0, said=law, more=True)]
     yield reach_avoid(goal, blocks, 0.25, spans=made)
     triangle = Polygon(np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, -0.3]]))
@@ -71,7 +71,7 @@ def test_decimals_are_the_floats_nearest_to_them():
 
 WRONG = [
     ("radius = 0.1", "radius = nan", "body radius: expected finite numbers; got NaN"),
-    ("radius = 0.1", "radius = -0.1", "radius >= 0"),
+    ("radius = 0.1", "radius = -0.1", "radius: expected a number >= 0"),
     ("radius = 0.1", "size = 0.1", "'size'. Is it misspelled?"),
     ("radius = 0.1", "radius = 0.1\nvertices = [[0, 0]]", "either `radius` or `vertices`"),
     ("radius = 0.1", "vertices = [[0.0, 1.0], [2.0]]", "list of rows of as many numbers"),
@@ -98,6 +98,9 @@ WRONG = [
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),
     ("[goal]", "[goal", "expected a scene in TOML"),
+    ("steps = [0, 3]", "steps = [0, 3]\nsaid = 'a\u2028b'", "expected text on one line"),
+    ("steps = [0, 3]", f"steps = {'[' * 100_000}", "expected a scene in TOML; got RecursionError"),
+    ("radius = 0.1", f"radius = 1{'0' * 400}", "a float64 keeps"),
 ]
 
 

@@ -246,7 +246,8 @@ def fresh_law(system):
     ("ask", "match"),
     [
         (lambda c, s: c.test(s, KEY, eps=2.0), "eps: expected a probability"),
-        (lambda c, s: c.test(s, KEY, n=0), "at least one run"),
+        (lambda c, s: c.test(s, KEY, n=0), "test: n: expected a whole number >= 1"),
+        (lambda c, s: c.test(s, KEY, n=1.5), "test: n: expected a whole number >= 1"),
         (lambda c, s: c.test("car", KEY), "expected a system"),
         (lambda c, s: c.localise(s, KEY, 1e-3), "localise: expected a Local"),
         (lambda c, s: c.localise(s, KEY, Local(share=0.0)), "share of K"),

@@ -367,6 +367,13 @@ class Driven(Toy):
     speed: object = None
 
 
+def ring(inner: float):
+    """A floor with a hole in it."""
+    corners = [(i * 0.123456789, 0.0) for i in range(9)]
+    hole = [(0.1, 0.1), (0.1, inner), (inner, inner)]
+    return pytest.importorskip("shapely").Polygon([*corners, (1, 1), (0, 1)], [hole])
+
+
 @pytest.mark.parametrize(
     ("one", "other"),
     [
@@ -376,6 +383,7 @@ class Driven(Toy):
         (Gait.SLOW, Gait.FAST),
         (timedelta(1), timedelta(2)),
         (np.sin, np.cos),
+        (ring(0.5), ring(0.9)),  # whose texts are cut before they differ
     ],
 )
 def test_a_drive_of_another_value_of_any_library_is_another(tmp_path, one, other):
@@ -428,8 +436,13 @@ def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
     ("spoilt", "words"),
     [
         (lambda text: text + text.splitlines()[2] + "\n", "every episode once; 2 stands there"),
-        (lambda text: text.replace('"number": 3', '"no": 3'), "line 4 is none"),
-        (lambda text: "\n" + text, "line 1 is none"),
+        (
+            lambda text: text.replace('"number": 3', '"no": 3'),
+            "line 4: expected an episode as it was written",
+        ),
+        (lambda text: "\n" + text, "line 1: expected an episode as it was"),
+        (lambda text: text.replace('"number": 3', '"number": [3]'), "expected a whole number >= 0"),
+        (lambda text: text.replace('"touched": false', '"touched": 0', 1), "expected bool; got 0"),
     ],
 )
 def test_lines_that_were_changed_are_refused(tmp_path, spoilt, words):
@@ -468,6 +481,9 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
         (Toy(breaks=-1.0), 9, {}, "all 4 so far failed, the last in .*the wheels came off"),
         (Toy(), 0, {}, "episodes: expected a whole number >= 1"),
         (Toy(), 3, {"workers": -1}, "workers: expected"),
+        (Toy(), 3, {"looks": (3, -5)}, "looks: expected a whole number >= 1"),
+        (Toy(), 3, {"looks": ("a", 3)}, "looks: expected a whole number >= 1"),
+        (Toy(), 3, {"folder": __file__}, "expected a folder for episodes; got FileExists"),
         (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
         ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
         (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),

@@ -148,7 +148,7 @@ def test_what_is_no_episode_is_refused():
     with pytest.raises(InputError, match="at least one commitment; got <Commitment 0"):
         episode_part(driven(False, 1)[0])
     for drift in (-1, "a", None):
-        with pytest.raises(InputError, match=f"drift >= 0 m; got {drift!r}"):
+        with pytest.raises(InputError, match="episode drift: expected"):
             episode_part(driven(False, 1), drift=drift)
     for meta in ({"a": object()}, {(1, 2): 3}):
         with pytest.raises(InputError, match="meta: expected plain values, as JSON has them"):

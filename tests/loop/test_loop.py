@@ -205,6 +205,8 @@ def test_without_a_safe_one_the_manoeuvre_under_way_goes_on(line):
         ([0.0], [0.25], "at: expected x, y"),
         ([0.0, 0.0], [1.25], "within K, -1 to 1; got 1.25"),
         ([0.0, 0.0], [np.inf], "given"),
+        ([10**400, 0.0], [0.25], "at: expected numbers"),
+        ([0.0, 0.0], [10**400], "given: expected numbers"),
     ],
 )
 def test_what_is_measured_wrongly_changes_nothing(line, pose, given, words):
@@ -440,7 +442,10 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"end": 3}, "end: expected HPolytope or None; got 3"),
         ({"clock": 3}, "clock: expected Callable or None; got 3"),
         ({"end": pj.types.HPolytope(np.eye(3), np.full(3, np.nan))}, "finite numbers; got 3 NaN"),
-        ({"body": pj.types.Body((Part((0,), Disc(-0.1)),))}, "radius >= 0 m; got -0.1"),
+        (
+            {"body": pj.types.Body((Part((0,), Disc(-0.1)),))},
+            "radius: expected a number >= 0; got -0.1",
+        ),
         ({"body": pj.types.Body(())}, "body: expected at least one part"),
     ],
 )
@@ -470,10 +475,26 @@ def test_an_effort_of_nothing_is_refused():
         {"judged": 2.5},
         {"looks": "a"},
         {"deadline": None},
+        {"deadline": "0.1"},
+        {"deadline": np.nan},
         {"room": "a"},
+        {"room": "0.3"},
     ):
-        with pytest.raises(InputError, match="at least one candidate"):
+        with pytest.raises(InputError, match=r"Effort: \w+: expected"):
             pj.drive.Effort(**one)
+
+
+def test_a_simulation_may_wait_without_end_and_ask_for_all_room_there_is(line):
+    effort = pj.drive.Effort(candidates=256, deadline=np.inf, room=np.inf)
+    assert loop_of(line, effort=effort).step([0.0, 0.0], [0.25], [WALL], forward).new
+
+
+def test_a_measurement_of_thousands_of_digits_ends_in_the_manoeuvre_under_way(line):
+    loop = loop_of(line)
+    one = loop.step([0.0, 0.0], [0.25], [WALL], forward).committed
+    for at in (10**400, 10**5000):
+        step = loop.step([0.0, 0.0], [0.25], [WALL], forward, at=at)
+        assert step.committed is one and "at: expected numbers" in step.reason
 
 
 def test_obstacles_that_are_no_list_end_in_the_manoeuvre_under_way(line):

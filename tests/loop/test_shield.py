@@ -11,6 +11,7 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.app.cli.check import brief
 from parc_jax.checker.answer import allowance_of
+from parc_jax.common.errors import SoundnessError
 
 need("gymnasium")
 from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
@@ -105,7 +106,9 @@ def test_room_is_asked_of_what_is_begun_and_less_the_longer_the_brake_lasts(mode
     [
         ([np.nan, 0.0], "expected finite numbers"),
         ([np.inf, 0.0], "expected finite numbers"),
-        ([0.5], r"of shape \(2,\)"),
+        ([0.5], r"expected shape \(2,\)"),
+        ([[1], [1, 2]], "expected numbers"),
+        ([10**400, 0.0], "expected numbers"),
         ("left", "expected numbers"),
         ([2.0, 0.0], "within K for the action"),
     ],
@@ -121,6 +124,56 @@ def test_an_action_that_is_none_ends_in_the_stop_under_way(model, action, said):
     assert np.linalg.norm(env.unwrapped.speed) < 1e-4
     *_, info = env.step(AHEAD / 4)
     assert not info["shield"]["changed"]  # it goes on
+
+
+@pytest.mark.parametrize("wrong", ["given", "drift", "ask", "metric"])
+def test_what_the_user_s_code_gets_wrong_ends_in_the_stop_under_way(model, wrong):
+    """From the second step on: what it returns cannot be used, or it raises."""
+
+    def sensed(env, seen):
+        told = {"given": {"given": "ab"}, "drift": {"drift": 10**400}}.get(wrong, {})
+        return sense(env, seen)._replace(**(told if late else {}))
+
+    def asked(action):
+        return 1 / 0 if late and wrong == "ask" and not action.any() else action
+
+    def far(proposed, candidates):
+        return np.linalg.norm(candidates - proposed, axis=1) / (wrong != "metric" or not late)
+
+    late = False
+    env = shielded(model=model, sense=sensed, ask=asked, metric=far)
+    env.reset()
+    env.step(AHEAD / 2)
+    late = True
+    told = env.step(AHEAD)[4]["shield"]
+    assert told["changed"] and told["reason"] and (told["driven"] == 0).all()
+
+
+@pytest.mark.parametrize("kind", [SoundnessError, MemoryError, KeyboardInterrupt])
+def test_a_proof_that_cannot_be_trusted_and_an_end_of_the_program_are_no_stop(
+    model, kind, monkeypatch
+):
+    def fails(*_, **__):
+        raise kind("here.")
+
+    env = shielded(model=model)
+    env.reset()
+    env.step(AHEAD / 2)
+    monkeypatch.setattr("parc_jax.drive.loop.loop.preferred", fails)
+    with pytest.raises(kind):
+        env.step(AHEAD / 2)
+
+
+def test_what_the_user_s_code_raises_before_a_start_is_told_with_its_cause(model):
+    def fails(*_):
+        raise FileNotFoundError("calibration")
+
+    with pytest.raises(pj.InputError, match=r"to sense at reset.*calibration") as told:
+        shielded(model=model, sense=fails).reset()
+    assert isinstance(told.value.__cause__, FileNotFoundError)
+    with pytest.raises(pj.InputError, match="ask: expected to take actions") as told:
+        shielded(model=model, ask=lambda action: 1 / 0)
+    assert isinstance(told.value.__cause__, ZeroDivisionError)
 
 
 @pytest.mark.soundness
@@ -164,7 +217,7 @@ def test_a_reset_inside_of_a_hazard_is_refused(model):
 
 
 def test_what_does_not_belong_together_is_refused(model):
-    with pytest.raises(pj.InputError, match="chosen parameters"):
+    with pytest.raises(pj.InputError, match="ask: expected shape"):
         shielded(Platform(actions=3), model)
     with pytest.raises(pj.InputError, match="environment of Gymnasium"):
         shielded(object(), model)

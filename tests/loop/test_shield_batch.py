@@ -168,6 +168,23 @@ def test_nothing_around_is_safe_and_an_edge_at_rest_is_refused(batch):
         shield_of(pj.learning.trajectory_model(model.net, claim))
 
 
+@pytest.mark.parametrize("corner", [0.0, np.nan, np.inf])
+def test_what_is_not_there_changes_nothing_whatever_its_corners_are(batch, corner):
+    _, start, step = batch
+    pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    there[:, 1] = False
+    ahead, decided = np.tile([1.0, 0.0], (3, 1)), []
+    with jax.enable_x64(True):
+        for other in (9.0, corner):
+            corners[:, 1] = other
+            under_way, told = step(
+                start(pose, speed, corners, there), pose, speed, corners, there, ahead
+            )
+            decided.append((np.asarray(under_way.k), np.asarray(told.reason)))
+    assert (decided[0][1] == 0).all()
+    assert all(np.array_equal(a, b) for a, b in zip(*decided, strict=True))
+
+
 def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
     model = platform_model()
 

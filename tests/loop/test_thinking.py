@@ -246,6 +246,9 @@ def test_a_start_that_touches_and_an_end_out_of_reach_are_told(clock):
         ({"leave": 0.25, "thinking": pj.drive.Thinking(0.5, {1: 0}, 0.25, [0])}, "no earlier"),
         ({"thinking": pj.drive.Thinking(0.25, {0: 1}, 0.5, [0])}, "every chosen parameter once"),
         ({"thinking": pj.drive.Thinking(0.25, {}, 0.5, [])}, "every chosen parameter once"),
+        ({"thinking": pj.drive.Thinking(0.25, {1: 0.0}, 0.5, [0])}, "every chosen parameter once"),
+        ({"thinking": pj.drive.Thinking(0.25, {True: 0}, 0.5, [0])}, "every chosen parameter"),
+        ({"thinking": pj.drive.Thinking(0.25, [(1, 0)], 0.5, [0])}, "every chosen parameter once"),
         (
             {"thinking": pj.drive.Thinking(0.25, {1: 0}, 0.8, [0])},
             "together within a manoeuvre of 1 s",

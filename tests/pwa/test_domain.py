@@ -18,8 +18,8 @@ NET = random_network(2, [3])
     [
         (box([0, 0], [1, 0]), "box with interior"),
         (box([0, 0, 0], [1, 1, 1]), "2 dimensions"),
-        ("a box", "expected a Box"),
-        (from_box(box([0, 0], [1, 1])), "expected a Box"),
+        ("a box", "domain: expected Box"),
+        (from_box(box([0, 0], [1, 1])), "domain: expected Box"),
     ],
     ids=["flat box", "dimension", "not a set", "a polytope"],
 )

@@ -1,5 +1,7 @@
 """Files in and out: whole or absent, and clear about what is wrong."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import jax
 import numpy as np
 import pytest
@@ -53,6 +55,17 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         write_atomic(path, b"new")
     assert path.read_bytes() == b"old"
+
+
+def test_threads_that_write_one_file_leave_it_whole(tmp_path):
+    def write(text: bytes):
+        for _ in range(50):
+            write_atomic(tmp_path / "a.txt", text)
+            assert len(set((tmp_path / "a.txt").read_bytes())) == 1
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, [b"a" * 100_000, b"b" * 10, b"c" * 50_000, b"d"]))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
 
 
 def test_commands_are_uniform_only_where_that_is_said(batch, tmp_path):
@@ -135,8 +148,37 @@ def test_files_of_runs_name_the_same_columns_in_the_same_order(batch, tmp_path, 
         load_rollouts(tmp_path, GRID)
 
 
-def test_plain_npz(batch, tmp_path):
+def test_a_mark_at_the_beginning_of_a_table_is_no_part_of_a_name(batch, tmp_path):
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k[:3], delimiter=",")
+    for i, track in enumerate(batch.p[:3]):
+        np.savetxt(tmp_path / "p" / f"{i}.csv", track, delimiter=",")
+    names = "caf\u00e9\nCafe\u200b\u0301\nday2"
+    (tmp_path / "groups.csv").write_text(names, encoding="utf-8-sig")
+    first, second, third = load_rollouts(tmp_path, time=GRID).groups
+    assert first == second != third
+    (tmp_path / "groups.csv").write_text("müde\nwach\nda", encoding="latin-1")
+    with pytest.raises(InputError, match=r"groups.csv: expected a table as text in UTF-8"):
+        load_rollouts(tmp_path, time=GRID)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"time": 3}, "time: expected"),
+        ({"domain": [0, 1]}, "domain: expected"),
+        ({"labels": [1]}, "labels: expected names by part"),
+    ],
+)
+def test_what_is_no_grid_domain_or_label_is_refused(batch, tmp_path, options, said):
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p)
+    with pytest.raises(InputError, match=said):
+        load_rollouts(tmp_path / "log.npz", **({"time": GRID} | options))
+
+
+@pytest.mark.parametrize("meta", ["my data", "[]", '{"mine": 1}'])
+def test_plain_npz(batch, tmp_path, meta):
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, meta=meta)
     back = load_rollouts(tmp_path / "log.npz", time=GRID)
     assert back.n_q == 0 and (back.domain.lo == batch.k.min(axis=0)).all()
     with pytest.raises(InputError, match=r"expected shape"):

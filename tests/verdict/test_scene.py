@@ -38,6 +38,7 @@ def test_finite_box_of_a_box_and_of_slanted_rows(rng):
         ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -2, 1, 1], "axis 0 asks for a value in"),
         ([[1, 1], [-1, -1], [1, -1], [-1, 1]], [1, -2, 1, 1], "contradict"),
         ([[1, 1], [-1, -1]], [1, 1], "has no bound"),
+        ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1e308] * 4, r"axis 0 has no bound up to 1e\+100"),
     ],
 )
 def test_goals_without_a_box_are_refused(A, b, words):

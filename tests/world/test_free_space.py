@@ -402,19 +402,21 @@ def test_a_body_in_uncertainty_keeps_its_own_place(drives):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda free: free.drifted((0, 0), -0.1, 0.0), "expected a moved >= 0 m; got -0.1"),
+        (lambda free: free.drifted((0, 0), -0.1, 0.0), "moved: expected a number >= 0; got -0.1"),
         (
             lambda free: free.drifted((0, 0), (0.2, 0.1), 0.0),
             r"place \(x, y, heading\): expected shape",
         ),
         (lambda free: free.near((5, 5), 1.0), "expected a place with free space"),
         (lambda free: free.near((np.nan, 0), 1.0), "place"),
+        (lambda free: free.near([0.5], 1.0), "place: expected x, y or x, y, heading; got 1"),
+        (lambda free: free.near((0, 0), 1.0, tolerance="a"), "tolerance: expected numbers"),
         (lambda free: free.near((0, 1e6), 1.0), "up to 100000 m; got 1e.06. Subtract an origin"),
         (lambda free: free_place(BODY + 1e6), "corners of the body: expected finite coordinates"),
-        (lambda free: free.near((0, 0), -1.0), "reach >= 0 m; got -1"),
-        (lambda free: free.near((0, 0), 1.0, tolerance=np.inf), "tolerance >= 0"),
+        (lambda free: free.near((0, 0), -1.0), "reach: expected a number >= 0; got -1"),
+        (lambda free: free.near((0, 0), 1.0, tolerance=np.inf), "tolerance: expected finite"),
         (lambda free: free.holds([0.0, 1.0]), "corners of the body"),
-        (lambda free: free_place(BODY, np.nan), "finite margin"),
+        (lambda free: free_place(BODY, np.nan), "margin: expected finite"),
         (lambda free: free.within((9, 9), 1.0).obstacles(), "this one is empty"),
     ],
 )

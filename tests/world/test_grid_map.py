@@ -54,6 +54,7 @@ def test_near_a_place_nothing_is_known_beyond():
         (np.zeros((3, 3), int), {"origin": (0, 0)}, "origin"),
         (np.zeros((3, 3), int), {"origin": (1e6, 0, 0)}, "within 100000 m"),
         (np.zeros((0, 3), int), {}, "rows of cells"),
+        (np.ma.array(np.zeros((2, 2), int), mask=[[1, 0], [0, 0]]), {}, "some of them masked"),
     ],
 )
 def test_what_is_no_map_is_refused_in_one_sentence(data, options, sentence):

@@ -5,7 +5,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import looks_of_json
 from parc_jax.checker import Rejected, check_answer, load, number
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.statement import VALIDATED
@@ -35,34 +35,26 @@ def load_answer(path) -> Answer:
     Polytopes of the file are checked and not returned: `Answer.polytopes` cuts them again. Raises
     InputError when the file is no answer or its proof fails.
     """
-    try:
-        data = load(path)
-        report = check_answer(data)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error}).") from None
-    except Rejected as why:
-        raise InputError(
-            f"{path}: expected an answer whose certificates hold; the checker says: {why}."
-        ) from None
-    try:
+    with reading(path, f"a file of `Answer.save` (format {FORMAT})"):
+        try:
+            data = load(path)
+            report = check_answer(data)
+        except Rejected as why:
+            raise InputError(
+                f"{path}: expected an answer whose certificates hold; the checker says: {why}."
+            ) from None
         return _answer(data, report)
-    except InputError:
-        raise
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise InputError(
-            f"{path}: expected a file of `Answer.save` (format {FORMAT}); {type(error).__name__}: "
-            f"{error}."
-        ) from None
 
 
 def _answer(data: dict, report) -> Answer:
     model, problem = model_of_file(data), problem_of_file(data["problem"])
     meta = _meta(data["meta"], model)
     if "spans" in meta:  # beside the intervals, for which moment and steps of what length
-        pairs = zip(problem.all_spans, meta["spans"], strict=True)
-        problem = problem.replace(spans=[s and _span(s, *of) for s, of in pairs])
+        spans = [
+            s and Span(s, dt and float(dt), at and float(at), loop or None, said, more)
+            for s, (dt, at, said, more, loop) in zip(problem.all_spans, meta["spans"], strict=True)
+        ]
+        problem = problem.replace(spans=spans)
     if "edges" in meta:
         edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]
         problem = problem.replace(obstacles=edges)
@@ -71,7 +63,8 @@ def _answer(data: dict, report) -> Answer:
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
     samples = np.array(plans, np.float64).reshape(len(plans), model.n_p + model.n_k)
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
-    counts = meta["counts"]
+    counts, told = meta["counts"], meta["coverage"]
+    told = {name: x if isinstance(x, int) else nearest_floats(x) for name, x in told.items()}
     corridors = [corridor_of(scene, part) for part in data["corridors"]]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
@@ -80,7 +73,7 @@ def _answer(data: dict, report) -> Answer:
     cover = Cover(
         *tally,
         points=points(p0, k, verdicts(scene, p0, k)),
-        coverage=_coverage(meta["coverage"]),
+        coverage=Coverage(**told),
         corridors=corridors,
         within=Place(*sides) if sides else None,
         ended=ended,
@@ -97,10 +90,6 @@ def _answer(data: dict, report) -> Answer:
     found, robust = bool(samples.size or corridors), nominal.uncertainty is not None
     unchecked = about_file(found, robust, turned, bool(problem.rests_on))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
-
-
-def _span(pair: Span, dt: str | None, at: str | None, said: str, more: bool, loop: str) -> Span:
-    return Span(pair, dt and float(dt), at and float(at), loop or None, said, more)
 
 
 def _meta(part: dict, model: TrajectoryModel) -> dict:
@@ -149,17 +138,13 @@ def _nominal(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalPro
     """The nominal problem of a file, with the query where that differs in its place alone."""
     uncertainty = robustness_of_json(meta.get("doubt"))
     at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
-    pose = _pose(meta)
+    pose = None
+    if "pose" in meta:
+        *place, heading = meta["pose"]
+        pose = Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
     here = at is None if pose is None else pose.heading is None
     query = Query(problem, model, pose) if here and uncertainty is None else None
     return NominalProblem(problem, model, uncertainty, at, pose, query)
-
-
-def _pose(meta: dict) -> Pose | None:
-    if "pose" not in meta:
-        return None
-    *place, heading = meta["pose"]
-    return Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
@@ -173,8 +158,3 @@ def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None
     leaves = sum("split" not in node for node in certificate["tree"])
     total = safe + unsafe + undecided
     return NoPlan(kind, unsafe, total - unsafe, total, certificate, leaves, ended=ended)
-
-
-def _coverage(part: dict) -> Coverage:
-    counts = {name: v if isinstance(v, int) else nearest_floats(v) for name, v in part.items()}
-    return Coverage(**counts)

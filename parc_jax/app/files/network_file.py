@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.errors import InputError, SoundnessError, reading
 from parc_jax.common.on_use import package
 from parc_jax.learning.network.predict import outputs
 from parc_jax.learning.network.relu import (
@@ -97,12 +97,8 @@ def _normalised(net: ReLUNetwork, normalisation: Normalisation | None) -> ReLUNe
 def _array(key: str, value, name: str) -> np.ndarray:
     """A float64 array from an array or a tensor on any device."""
     value = value.detach().cpu() if hasattr(value, "detach") else value
-    try:
+    with reading(name, f"numbers in {key!r}"):
         return np.asarray(value, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"{name}: expected numbers in {key!r}; got {type(value).__name__}."
-        ) from None
 
 
 class Linear(NamedTuple):
@@ -159,16 +155,12 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
             W, b = np.eye(len(b)), np.zeros(len(b))
             continue
         fresh = False
-        try:
+        with reading(name, "each layer to fit the one before it"):
             if isinstance(step, Scale):
                 factor, offset = (np.broadcast_to(v, b.shape) for v in step)
                 W, b = factor[:, None] * W, factor * b + offset
             else:
                 W, b = step.W @ W, step.W @ b + step.b
-        except ValueError as error:
-            raise InputError(
-                f"{name}: expected each layer to fit the one before it; {error}."
-            ) from None
     net = relu_network([*weights, W], [*biases, b])
     x = np.random.default_rng(0).normal(size=(512, n_in)) * np.logspace(-2, 2, 512)[:, None]
     expected, got = apply(chain, x), outputs(net, x)
@@ -187,14 +179,8 @@ def read_onnx(path) -> ReLUNetwork:
     the way.
     """
     onnx, path = package("onnx", "ONNX files"), Path(path)
-    try:
+    with reading(path, "an ONNX file", Exception):  # protobuf has errors of its kinds
         graph = onnx.load(path).graph
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except Exception as error:  # protobuf has errors of its kinds
-        raise InputError(
-            f"{path}: expected an ONNX file; {type(error).__name__}: {error!s:.120}."
-        ) from None
 
     def array(tensor) -> np.ndarray:
         return onnx.numpy_helper.to_array(tensor).astype(np.float64)

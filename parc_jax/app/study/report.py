@@ -10,7 +10,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import probability
@@ -88,17 +88,13 @@ def explained(place: Path) -> str:
         lines += ["", "The validated set:", tested.details()]
     if not (folder and (place / METRICS).is_file()):
         return "\n".join(lines)
-    try:
-        m = json.loads((place / METRICS).read_text())
+    with reading(place / METRICS, "the numbers of a study"):
+        m = json.loads((place / METRICS).read_text(encoding="utf-8"))
         driven = [] if m["driven"] is None else [m["driven"]["statement"]]
         stages = [
             f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
             for name, s in m["stages"].items()
         ]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"{place / METRICS}: expected the numbers of a study; {type(error).__name__}: {error}."
-        ) from None
     head = f"{'stage':<26}{'seconds':>9}{'of it compiling':>17}"
     words = "As the study wrote, which nothing checks:"
     return "\n".join([*lines, "", words, *driven, head, *stages])

@@ -11,6 +11,7 @@ from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.drive.local.localise import (
     Driven,
@@ -154,8 +155,8 @@ class Choice:
         """
         require_begins("test", system, self.model)
         eps = as_probability("eps", eps)
-        if n is not None and n < 1:
-            raise InputError(f"test: expected at least one run; got {n}.")
+        if n is not None:
+            check_count("test: n", n, 1, "None for as many runs as eps takes")
         start = trial_of(self.model.claim, system, key_of_trial(key))
         look = self.looks.take()
         n = required_runs(float(eps), float(look.delta)) if n is None else n

@@ -21,7 +21,7 @@ from parc_jax.common.arrays import as_float64, slices
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import listed
 from parc_jax.drive.loop.commitment import SAME, Commitment, turned
-from parc_jax.learning.labels import name_of
+from parc_jax.learning.labels import axes_of, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.network.relu import outputs
@@ -44,13 +44,12 @@ def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tup
     given = model.given if given is None else given
     if not np.iterable(given):
         raise InputError(f"given: expected a list of parameters; got {given!r:.60}.")
-    axes = tuple(names.index(g) if g in names else g for g in given)
-    for axis in axes:
-        if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:
-            raise InputError(
-                f"given: expected parameters of the model, each once ({', '.join(names)}); got "
-                f"{axis!r}."
-            )
+    axes = axes_of(given, names)
+    if axes is None:
+        raise InputError(
+            f"given: expected parameters of the model, each once ({', '.join(names)}); got "
+            f"{given!r:.60}."
+        )
     if len(axes) == model.n_k:
         raise InputError("given: expected at least one parameter to choose; all are given.")
     measured = [names[axis] for axis in model.given]
@@ -240,17 +239,13 @@ class UnderWay:
     """
 
     def __init__(self, thinking: Thinking, model: TrajectoryModel, given: tuple[int, ...]):
-        names = [name_of(label) for label in model.labels.k]
-        pairs = [
-            [names.index(name) if name in names else name for name in pair]
-            for pair in thinking.before.items()
-        ]
-        fits = all(a in given and b not in given and b in range(model.n_k) for a, b in pairs)
-        chosen = {b for _, b in pairs}
-        if not fits or len(chosen) < len(pairs) or len(chosen) < model.n_k - len(given):
+        before = thinking.before if isinstance(thinking.before, Mapping) else {}
+        axes, chosen = (axes_of(words, model.labels.k) or () for words in (before, before.values()))
+        rest = {*range(model.n_k)} - {*given}
+        if {*chosen} != rest or not {*axes} <= {*given} or len(axes) != len(chosen):
             raise InputError(
-                "thinking: expected every chosen parameter once, as what a given one goes on "
-                f"with; got {dict(thinking.before)!r:.200}."
+                "thinking: expected every chosen parameter once, as what one given parameter goes "
+                f"on with; got {thinking.before!r:.200}."
             )
         seconds, held = (
             Fraction(float(as_float64(f"thinking {name}", value, ())))
@@ -262,8 +257,8 @@ class UnderWay:
                 f"{model.time.t_f:g} s; got {thinking.seconds!r} and {thinking.held!r}."
             )
         self.seconds, self._held = seconds, held
-        self.axes, self._chosen = [a for a, _ in pairs], [b for _, b in pairs]
-        self.rest = as_float64("thinking rest", thinking.rest, (len(pairs),))
+        self.axes, self._chosen = list(axes), list(chosen)
+        self.rest = as_float64("thinking rest", thinking.rest, (len(axes),))
         lo, hi = model.domain.lo[self.axes], model.domain.hi[self.axes]
         if not ((lo <= self.rest) & (self.rest <= hi)).all():
             raise InputError(f"thinking: expected rest within K; got {self.rest.tolist()}.")

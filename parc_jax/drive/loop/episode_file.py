@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +12,8 @@ from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.episode import EPISODE, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import at_least
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
@@ -41,9 +41,7 @@ def episode_part(
     numbers or lists of such. Raises InputError.
     """
     require_whole("episode", commitments)
-    if not (isinstance(drift, Real) and np.isfinite(drift) and drift >= 0):
-        raise InputError(f"episode: expected a drift >= 0 m; got {drift!r:.40}.")
-    drift = max(drift, *(one.drift for one in commitments))
+    drift = max(at_least("episode drift", drift), *(one.drift for one in commitments))
     first = commitments[0].asked
     model, known = first.model, first.query.problem.uncertainty or Uncertainty()
     _, network, tube = question_parts(first.problem, model)
@@ -94,10 +92,8 @@ def save_episode(
     `episode_part`. Raises InputError.
     """
     part = episode_part(commitments, meta, drift, assumed)
-    try:
+    with reading("meta", "plain values, as JSON has them"):
         text = json.dumps(part, separators=(",", ":"))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"meta: expected plain values, as JSON has them; {error}.") from None
     return write_atomic(path, text.encode())
 
 
@@ -137,12 +133,8 @@ def load_episode(path: str | Path) -> Episode:
     """Read an episode of `save_episode`, after its file was checked anew in exact arithmetic.
     Raises InputError when the file is no episode or its proof fails.
     """
-    try:
+    with reading(path, "a file of `save_episode`", Rejected):
         data = load(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
-    except Rejected as why:
-        raise InputError(f"{path}: expected a file of `save_episode`; {why}.") from None
     return episode_of(data, str(path))
 
 
@@ -154,7 +146,7 @@ def episode_of(data: dict, name: str) -> Episode:
         raise InputError(
             f"{name}: expected an episode ({EPISODE}) whose proofs hold; the checker says: {why}."
         ) from None
-    try:
+    with reading(name, "a file of `save_episode`"):
         entries = data["manoeuvres"]
         model = model_of_file(data | {"problem": entries[0]["problem"]})
         manoeuvres = []
@@ -164,9 +156,5 @@ def episode_of(data: dict, name: str) -> Episode:
             p0, k = (np.array(nearest_floats(sample[name])) for name in ("p0", "k"))
             problem = problem_of_file(entry["problem"])
             manoeuvres.append(Manoeuvre(number(entry["begin"]), pose, problem, p0, k))
-    except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
-        raise InputError(
-            f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
-        ) from None
     statement = "\n".join(summary_of_episode(report))
     return Episode(model, tuple(manoeuvres), statement, data.get("meta"))

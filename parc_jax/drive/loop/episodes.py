@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from parc_jax.answer.looks import DELTA, Look
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
@@ -123,7 +123,10 @@ def drive_episodes(
     for name, given in (("drive", drive), ("law", law)):
         if not callable(given):
             raise InputError(f"episodes: expected {name} to be a function; got {given!r:.60}.")
-    delta, declared = as_probability("delta", delta), sorted(looks) or [n]
+    delta, declared = as_probability("delta", delta), list(looks) if np.iterable(looks) else [looks]
+    for one in declared:
+        check_count("looks", one, 1, "the numbers of episodes at which the claim is evaluated")
+    declared = sorted(map(int, declared)) or [n]
     if n not in declared or len(set(declared)) < len(declared):
         raise InputError(
             f"looks: expected the numbers of episodes, each once, at which the claim may be "
@@ -171,8 +174,9 @@ class Ledger:
     def __enter__(self) -> "Ledger":
         if self.folder is None:
             return self
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(self.folder / LINES, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+        with reading(self.folder, "a folder for episodes"):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self.folder / LINES, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             self._open()
         except BaseException:
@@ -192,25 +196,18 @@ class Ledger:
         self.done[one.number] = one
 
     def _open(self) -> None:
-        try:
+        with reading(self.folder, "a folder that no run writes to; another run does"):
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # ends with the process
-        except OSError:
-            raise InputError(
-                f"{self.folder}: expected a folder that no run writes to; another run does."
-            ) from None
         describe_work(self.folder / ABOUT, self.meta)
         text = (self.folder / LINES).read_bytes()
         # a line that a killed run did not finish is dropped, and its episode driven again
         whole = text.rfind(b"\n") + 1
         os.ftruncate(self._file, whole)
         for i, line in enumerate(text[:whole].splitlines()):
-            try:
+            with reading(f"{self.folder / LINES}, line {i + 1}", "an episode as it was written"):
                 one = Driven(**json.loads(line))
-            except (ValueError, TypeError):
-                raise InputError(
-                    f"{self.folder / LINES}: expected an episode in every line; line {i + 1} is "
-                    "none. Lines are not to be changed: take the folder away and drive again."
-                ) from None
+                check_count("number", one.number, 0, "the folder as it was written")
+                check_kind("touched", True if one.failed else one.touched, bool)
             if one.number in self.done:
                 raise InputError(
                     f"{self.folder / LINES}: expected every episode once; {one.number} stands "

@@ -2,6 +2,7 @@
 all of its time, rest included, or continues the one under way, which was. [T37, T38, T39]
 """
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -9,15 +10,16 @@ from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from numbers import Integral, Real
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
-from parc_jax.common.arrays import as_float64, real
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
+from parc_jax.common.errors import InputError, check_kind, shown
+from parc_jax.common.options import check_count
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact
@@ -36,6 +38,7 @@ from parc_jax.drive.loop.commitment import Begun, Commitment, LeftTube, Step, le
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel, check_model
+from parc_jax.learning.system import LARGEST
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.robust.pose import Pose, pose_of
 from parc_jax.problem.uncertainty import Uncertainty
@@ -47,6 +50,7 @@ if TYPE_CHECKING:
     from parc_jax.problem.world.free_space import FreeSpace
 
 AT_ONCE = 64  # candidates judged in one compiled call, between readings of the clock
+SHORTEST = 1e-9  # [s] deadline
 AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
 Prefer = Callable[[Outlook], np.ndarray]
@@ -70,14 +74,11 @@ class Effort:
     deadline: float = 0.1
 
     def __post_init__(self):
-        counts = (self.candidates, self.judged, self.looks)
-        told = all(isinstance(n, Integral) and n >= 1 for n in counts)
-        told = told and isinstance(self.room, Real) and isinstance(self.deadline, Real)
-        if not (told and self.room >= 0 and self.deadline > 0):
-            raise InputError(
-                "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
-                f"more and a deadline above 0 s; got {self}."
-            )
+        for name in ("candidates", "judged", "looks"):
+            check_count(f"Effort: {name}", getattr(self, name), 1, "1024")
+        for name, lowest in (("room", 0.0), ("deadline", SHORTEST)):  # either may be infinite
+            check_kind(f"Effort: {name}", value := getattr(self, name), Real)
+            at_least(f"Effort: {name}", min(value, LARGEST), lowest)
 
 
 class Loop:
@@ -213,8 +214,8 @@ class Loop:
         said = prefer(outlook(self.model, here, k, self._leaving.intervals))
         try:
             cost = np.asarray(real(said), float)
-        except (TypeError, ValueError):
-            raise InputError(f"prefer: expected {len(k)} numbers; got {said!r:.60}.") from None
+        except NO_NUMBER:
+            raise InputError(f"prefer: expected {len(k)} numbers; got {shown(said)}.") from None
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
         order = np.argsort(cost, kind="stable")
@@ -294,11 +295,9 @@ class Loop:
         """
         left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
         reason = "; ".join(filter(None, [left, reason]))
-        try:
-            off = float(as_float64("drift", drift, ()))
-        except InputError:
-            off = math.nan
-        last, off = self.under_way, off if off >= 0 else math.inf  # unknown: it may lead anywhere
+        last, off = self.under_way, math.inf  # of a drift that is not known it may lead anywhere
+        with contextlib.suppress(InputError):
+            off = at_least("drift", drift)
         if last is not None and gone is not None and leads_to(last, gone, off):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
         return Step(last, False, reason, bool(left))
@@ -349,9 +348,7 @@ class Loop:
     def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float) -> None:
         """Raises LeftTube for a pose beyond the tube under way. k: as of `outside_tube`. [T38]"""
         last = self.under_way
-        drift = float(as_float64("drift", drift, ()))
-        if not drift >= 0:
-            raise InputError(f"drift: expected 0 m or more; got {exact(drift)}.")
+        drift = at_least("drift", drift)
         if last is None:
             return
         if last.seen_outside:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, hex_text, listed, nearest_floats, plain, rounded_up
@@ -319,7 +319,11 @@ def check_edges(tube: Tube, domain: Box) -> None:
 
 
 def _check_parts(claim: ErrorClaim) -> None:
-    """Refuse a tube whose shape is not that of the runs. Raises InputError."""
+    """Refuse a tube whose shape is not that of the runs, and texts of several lines. Raises
+    InputError.
+    """
+    for text in (claim.quantifier, *claim.assumptions):
+        check_text("claim", text)
     tube, about = claim.tube, claim.subject
     known = {
         "intervals": (about.time.n_steps, tube.layout.n_steps),

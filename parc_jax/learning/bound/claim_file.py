@@ -6,7 +6,7 @@ from pathlib import Path
 
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import nearest_floats
 from parc_jax.learning.bound.claim import FORMAT, ErrorClaim, check_claim
 from parc_jax.learning.bound.statement import VALIDATED
@@ -21,7 +21,7 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
     """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
     fields, and when it was made about anything else.
     """
-    try:
+    with reading("claim", "the fields of ErrorClaim.to_json", Rejected):
         if data["format"] != FORMAT or data["kind"] not in KINDS:
             raise InputError(
                 f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
@@ -42,26 +42,14 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         )
         check_claim(claim)
         _check_sum(data, error_tube)
-    except InputError:
-        raise
-    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, Rejected) as error:
-        raise InputError(
-            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
-        ) from None
     return claim
 
 
 def load_claim(path: str | Path) -> ErrorClaim:
     """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
-    try:
-        data = json.loads(Path(path).read_text())
+    with reading(path, "a complete claim file"):
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
         return claim_from_json(data["claim"], tube_from_json(data["tube"]))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
-        ) from None
 
 
 def _check_sum(data: dict, tube: Tube) -> None:

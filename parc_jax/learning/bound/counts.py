@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, shown
 from parc_jax.common.options import check_count
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
@@ -152,13 +152,17 @@ def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     return float(ordered[np.argmax(enough)]) if enough.any() else math.inf
 
 
+def as_fraction(name: str, told: Fraction | float | str) -> Fraction:
+    """The decimal the user wrote. Raises InputError."""
+    try:
+        return Fraction(str(told))
+    except (ValueError, ZeroDivisionError):  # nan, infinity, or no number
+        raise InputError(f"{name}: expected a number; got {shown(told, 40)}.") from None
+
+
 def as_probability(name: str, value: Fraction | float | str) -> Fraction:
     """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
-    try:
-        exact = value if isinstance(value, Fraction) else Fraction(str(value))
-    except ValueError:  # nan, or no number
-        exact = Fraction(0)
-    if not 0 < exact < 1:
+    if not 0 < (exact := as_fraction(name, value)) < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
 
@@ -195,7 +199,7 @@ class NoStatement:
 
 def risk_of(eps: Fraction, delta: Fraction, density: Fraction, shift: float) -> Risk:
     """Density x eps + shift, capped at one. [T5]"""
-    if not 0 <= (shift := _number("shift", shift)) <= 1:
+    if not 0 <= (shift := as_fraction("shift", shift)) <= 1:
         raise InputError(f"risk: expected a total variation between 0 and 1; got {float(shift):g}.")
     bound = min(Fraction(1), density * eps + shift)
     return Risk(bound, min(Fraction(1), bound + delta))
@@ -203,7 +207,7 @@ def risk_of(eps: Fraction, delta: Fraction, density: Fraction, shift: float) -> 
 
 def density_of(given: float | Fraction) -> Fraction:
     """A density as it was written. Raises InputError for one that no law of k has."""
-    if not (given := _number("density", given)) >= 1:
+    if not (given := as_fraction("density", given)) >= 1:
         raise InputError(
             f"risk: expected a density of 1 or more; got {float(given):g}. No law of k is "
             "everywhere less dense than the claim's."
@@ -211,17 +215,9 @@ def density_of(given: float | Fraction) -> Fraction:
     return given
 
 
-def _number(name: str, told: float | Fraction | str) -> Fraction:
-    """As it was written. Raises InputError."""
-    try:
-        return Fraction(str(told))
-    except (ValueError, ZeroDivisionError):  # nan, infinity, or no number
-        raise InputError(f"risk: expected a number as {name}; got {told!r:.40}.") from None
-
-
 def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
-    share = _number("share", share)
+    share = as_fraction("share", share)
     if not 0 < share <= whole:
         raise InputError(
             f"risk: expected a share of K in (0, {float(whole):g}]; got {float(share):g}."

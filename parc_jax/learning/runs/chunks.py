@@ -15,7 +15,7 @@ import numpy as np
 
 from parc_jax import __version__
 from parc_jax.common.backend import backend
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
 from parc_jax.learning.system import points_of
@@ -54,13 +54,18 @@ def describe_work(path: Path, meta: dict) -> None:
     if not path.exists():
         write_atomic(path, json.dumps(wanted, sort_keys=True, indent=1).encode())
         return
-    stored = json.loads(path.read_text())
+    stored = _described(path)
     names = wanted.keys() | stored.keys()
     if differs := sorted(name for name in names if wanted.get(name) != stored.get(name)):
         raise InputError(
             f"{path.parent}: holds other work; expected the same {', '.join(differs)}. Go on with "
             "what began it, or choose another path."
         )
+
+
+def _described(path: Path) -> dict:
+    with reading(path, "a description of work, as it was written"):
+        return dict(json.loads(path.read_text(encoding="utf-8")))
 
 
 Arrays = dict[str, np.ndarray]
@@ -78,7 +83,7 @@ class ChunkStore:
     def stored_chunk(folder) -> int | None:
         """Chunk size of the work already in the folder."""
         path = Path(folder) / "meta.json"
-        return json.loads(path.read_text())["chunk"] if path.exists() else None
+        return _described(path)["chunk"] if path.exists() else None
 
     def get(self, index: int) -> Arrays | None:
         """A finished chunk, or None. A damaged file counts as unfinished and is computed again."""

@@ -1,6 +1,5 @@
 """Black box -> batches of recorded runs, resumable and independent of chunking."""
 
-import json
 import logging
 import shutil
 from collections.abc import Iterator
@@ -26,7 +25,7 @@ from parc_jax.learning.runs.chunks import (
     run_chunks,
     worker_devices,
 )
-from parc_jax.learning.runs.files import read_npz, rollouts_from_npz, save_rollouts
+from parc_jax.learning.runs.files import meta_of, read_npz, rollouts_from_npz, save_rollouts
 from parc_jax.learning.runs.joined import concatenate
 from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, identity_of, law_of
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
@@ -237,7 +236,7 @@ def _finished(work: _Work, path) -> RolloutBatch:
     """
     arrays = read_npz(path)
     batch = rollouts_from_npz(path, arrays)
-    made_by = json.loads(str(arrays["meta"])).get("made_by") or {}
+    made_by = meta_of(arrays).get("made_by") or {}
     time, system = batch.time, work.system
     stored = {
         "law": batch.law.hash,

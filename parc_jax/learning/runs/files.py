@@ -1,7 +1,9 @@
 """Files that are either whole or absent: atomic writes, and the .npz form of a rollout batch."""
 
+import contextlib
 import json
 import os
+import secrets
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -11,7 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.sets.box import box
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import LawSpec
@@ -33,7 +35,7 @@ def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # of this call alone
     try:
         with open(temporary, "wb") as handle:
             if callable(data):
@@ -63,14 +65,10 @@ def read_npz(path) -> dict[str, np.ndarray]:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
     except (ValueError, *DAMAGED) as error:
-        if isinstance(error, ValueError) and "Object arrays" in str(error):
-            raise InputError(
-                f"{path}: expected arrays of numbers; one is a list. {RAGGED}"
-            ) from None
-        raise InputError(
-            f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write "
-            "it again."
-        ) from None
+        told = f"a complete .npz file; it is truncated or damaged ({error}). Write it again."
+        if "Object arrays" in str(error):
+            told = f"arrays of numbers; one is a list. {RAGGED}"
+        raise InputError(f"{path}: expected {told}") from None
 
 
 def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Path:
@@ -100,14 +98,14 @@ def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[st
 
 def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
     """The batch in the arrays of a file written by `save_rollouts`. Raises InputError."""
-    meta = json.loads(str(arrays["meta"]))
+    meta = meta_of(arrays)
     if meta.get("format") != FORMAT:
         raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
-    law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
-    law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
-    about = {name: meta[name] for name in (*STATED, "labels") if meta.get(name) is not None}
-    about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
-    try:
+    with reading(path, "all parts of a file of save_rollouts"):
+        law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
+        law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
+        about = {name: meta[name] for name in (*STATED, "labels") if meta.get(name) is not None}
+        about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
         return rollout_batch(
             arrays["k"],
             arrays["p"],
@@ -120,7 +118,11 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             lost=arrays.get("lost"),
             **about,
         )
-    except KeyError as error:
-        raise InputError(
-            f"{path}: array {error} is missing. Write the file again with save_rollouts."
-        ) from None
+
+
+def meta_of(arrays: dict) -> dict:
+    """What `save_rollouts` wrote beside the arrays of a file; empty for a file of others."""
+    with contextlib.suppress(KeyError, ValueError, RecursionError):
+        meta = json.loads(str(arrays["meta"]))
+        return meta if isinstance(meta, dict) and "format" in meta else {}
+    return {}

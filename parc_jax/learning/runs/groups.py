@@ -32,8 +32,10 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
 
 
 def _number(name: str) -> int:
-    # what differs in case, spaces or the form of Unicode alone is one name, spelled twice
-    folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
+    # what differs in case, spaces, marks that nobody sees or the form of Unicode alone is one name,
+    # spelled twice
+    seen = "".join(c for c in name if unicodedata.category(c) != "Cf")
+    folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", seen).casefold())
     name = " ".join(folded.split())
     whole = re.fullmatch(r"([+-]?\d{1,18})(\.0*)?", name)
     if whole:

@@ -4,19 +4,29 @@ system, K, time grid, reference points.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
+from itertools import chain
 
 import numpy as np
 
 from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
 from parc_jax.checker.entries import hash_of
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import exact, hex_floats, hex_text, nearest_floats
-from parc_jax.learning.labels import PARTS, Labels, labels_of, name_of, plain_parts
+from parc_jax.learning.labels import (
+    PARTS,
+    Labels,
+    axes_of,
+    labels_of,
+    name_of,
+    plain_parts,
+    unit_of,
+)
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
     ONE_POINT,
+    TURNS,
     Layout,
     TimeGrid,
     check_points,
@@ -56,6 +66,10 @@ class LawSpec:
     k_law: str
     lo: tuple[str, ...]
     hi: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for text in (self.generator, self.k_law, *chain(*self.parameters)):
+            check_text("law", text)
 
     @property
     def hash(self) -> str:
@@ -185,6 +199,18 @@ class Subject:
     labels: Labels
     given: tuple[int, ...] = ()
 
+    def __post_init__(self) -> None:
+        check_text("system", self.system)
+        turns = zip(self.labels.q, self.rotation or (), strict=False)
+        units = [(label, "m") for label in self.labels.p]
+        units += [(label, "rad") for label, word in turns if word == TURNS]
+        for label, unit in units:
+            if unit_of(label) not in ("", unit):
+                raise InputError(
+                    f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
+                    f"{label!r}. Tell the numbers and their label in {unit}."
+                )
+
     @property
     def n_p(self) -> int:
         """Dimension of the workspace."""
@@ -296,23 +322,20 @@ def given_of(system) -> tuple[int, ...]:
 
 def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
     """Axes of the parameters named by label, name or number. Raises InputError."""
-    names = [name_of(label) for label in k_labels]
-    axes = []
-    for word in words if isinstance(words, tuple | list) else (words,):
-        name = name_of(word) if isinstance(word, str) else word
-        axes.append(names.index(name) if name in names else name)
-    known = [axis for axis in axes if type(axis) is int and 0 <= axis < len(names)]
-    if len(known) < len(axes) or len(set(axes)) < len(axes) or len(axes) == len(names):
+    axes = axes_of(words if isinstance(words, tuple | list) else (words,), k_labels)
+    if axes is None or len(axes) == len(k_labels):
         raise InputError(
             f"{owner}: expected given, a tuple of parameters that are measured at the start, of "
-            f"{', '.join(names)}, each once and not all of them; got {words!r:.60}."
+            f"{', '.join(map(name_of, k_labels))}, each once and not all of them; got "
+            f"{words!r:.60}."
         )
-    return tuple(known)
+    return axes
 
 
 def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Sequence[str]]:
     """Labels by part, none for None. Raises InputError for a part that there is none of."""
-    words = given._asdict() if isinstance(given, Labels) else dict(given or {})
+    with reading("labels", "names by part"):
+        words = given._asdict() if isinstance(given, Labels) else dict(given or {})
     if words.keys() - {*PARTS}:
         raise InputError(
             f"labels: expected those of {', '.join(PARTS)}, as {{'k': ('speed [m/s]', ...)}}; got "

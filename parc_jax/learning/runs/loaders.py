@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.common.arrays import real
-from parc_jax.common.errors import InputError
+from parc_jax.checker.rests_on import printable
+from parc_jax.common.arrays import NO_NUMBER, real
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
-from parc_jax.learning.runs.files import RAGGED, read_npz, rollouts_from_npz
+from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import folder_arrays
@@ -57,6 +58,7 @@ def load_rollouts(
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)
     check_k_law(path, k_law, domain)
+    check_kind("time", time, TimeGrid | None)
     if path.is_dir():
         arrays = folder_arrays(path)
     elif path.suffix == ".npz":
@@ -66,7 +68,7 @@ def load_rollouts(
             f"{path}: expected a .npz file or a folder of CSV files. Other tables become a .npz "
             "first (page Your own robot, door 3)."
         )
-    if path.suffix == ".npz" and "meta" in arrays:
+    if path.suffix == ".npz" and meta_of(arrays):
         batch = rollouts_from_npz(path, arrays)
         _check_own(path, batch, time, domain, k_law, groups, points, about)
         return batch
@@ -77,13 +79,10 @@ def _check_own(
     path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
 ) -> None:
     """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
-    same_time = time is None or (isinstance(time, TimeGrid) and time == batch.time)
-    same_domain = domain is None or (
-        isinstance(domain, Box)
-        and np.array_equal(domain.lo, batch.domain.lo)
-        and np.array_equal(domain.hi, batch.domain.hi)
-    )
-    for name, value, same in (("time", time, same_time), ("domain", domain, same_domain)):
+    K = batch.domain
+    on_K = domain is None or np.array_equal([domain.lo, domain.hi], [K.lo, K.hi])
+    on_grid = time is None or time == batch.time
+    for name, value, same in (("time", time, on_grid), ("domain", domain, on_K)):
         if not same:
             raise InputError(
                 f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
@@ -131,6 +130,7 @@ def _assemble(
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
     """Refuse other laws than K_LAWS, and "uniform" without a domain. Raises InputError."""
+    check_kind("domain", domain, Box | None)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
         raise InputError(
             f'{owner}: expected k_law "logged", or "uniform" with the domain that k was drawn '
@@ -160,7 +160,7 @@ def recorded(
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
-    law = law_spec(f"{LOG}{Path(owner).name}", domain, k_law, fitted)
+    law = law_spec(f"{LOG}{printable(Path(owner).name)}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
@@ -192,7 +192,7 @@ def _numbers(path: Path, name: str, values) -> np.ndarray:
     """An array of the file as floats. Raises InputError, also for ragged runs and huge numbers."""
     try:
         array = np.asarray(real(values), np.float64)
-    except (TypeError, ValueError):
+    except NO_NUMBER:
         if np.asarray(values).dtype.kind == "c":
             raise InputError(
                 f"{path}: expected {name} to be an array of real numbers; they are complex."

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.runs.files import RAGGED
 
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
@@ -55,7 +55,7 @@ def _groups(path: Path, n: int) -> np.ndarray:
     """(n,) names of recordings, a line each, below an optional header. Raises InputError for any
     other number of lines: a name that slips by one row is that of another recording.
     """
-    names = [line.strip() for line in path.read_text().rstrip().splitlines()]
+    names = [line.strip() for line in _text(path).rstrip().splitlines()]
     if names and names[0].lstrip("# ").lower() in _HEADERS:
         names = names[1:]
     if len(names) != n or not all(names):
@@ -67,6 +67,12 @@ def _groups(path: Path, n: int) -> np.ndarray:
     return np.array(names, dtype=str)
 
 
+def _text(path: Path) -> str:
+    """Of a file, without the mark at its beginning that some programs write. Raises InputError."""
+    with reading(path, "a table as text in UTF-8"):
+        return path.read_text(encoding="utf-8-sig")
+
+
 def _by_number(name: str) -> list:
     parts = re.split(r"([0-9]+)", name)  # text and digits in turn
     return [int(part) if i % 2 else part for i, part in enumerate(parts)]
@@ -74,7 +80,7 @@ def _by_number(name: str) -> list:
 
 def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
     """Numbers (rows, columns) of a CSV file, and names from a first line without numbers."""
-    lines = [line for line in path.read_text().splitlines() if line.strip()]
+    lines = [line for line in _text(path).splitlines() if line.strip()]
     names = None
     try:
         [float(cell) for cell in lines[0].split(",")]
@@ -83,12 +89,8 @@ def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
         names = tuple(cell.strip() for cell in next(first))
     except IndexError:
         raise InputError(f"{path}: expected rows of numbers; the file is empty.") from None
-    try:
+    with reading(path, "rows of as many numbers each, separated by commas"):
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    except ValueError as error:
-        raise InputError(
-            f"{path}: expected rows of as many numbers each, separated by commas; {error}."
-        ) from None
     if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
         raise InputError(
             f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "

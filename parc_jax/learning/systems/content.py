@@ -6,7 +6,6 @@ this has changed, though name and law are the same. Loads NumPy alone, for worke
 
 import dis
 import hashlib
-import pickle
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -18,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.checker.rests_on import printable
 from parc_jax.learning.systems.user_code import is_own
 
 # speed and labels, which change no number
@@ -49,12 +49,13 @@ def told_whole(x) -> str:
     beginning and a digest.
     """
     text = str(x)
-    return text if _is_exact(x) and len(text) <= _LONG else with_digest(text, [x, text])
+    whole = _is_exact(x) and len(text) <= _LONG and text.isprintable()
+    return text if whole else with_digest(text, [x, text])
 
 
 def with_digest(text: str, x) -> str:
     """The beginning of a text, and a digest of all content of x."""
-    begins = " ".join(text.split())[:_BEGINS]
+    begins = printable(" ".join(text.split())[:_BEGINS])
     return f"{begins}, content {whole_digest(x)[:12]}"
 
 
@@ -67,7 +68,7 @@ def whole_digest(x) -> str:
 
 class Reader:
     """Digests of objects by content. lasting: the digest is the same in another process. private:
-    such a one, of all attributes, and of opaque objects as they are pickled.
+    such a one, of all attributes, and of opaque objects as they are copied.
     """
 
     def __init__(self, lasting: bool, private: bool = False):
@@ -117,13 +118,9 @@ class Reader:
         return self._cached[key]
 
     def _opaque(self, x) -> str:
-        name = _name_of(type(x))
         if not self.lasting:
-            return f"{name} {id(x)}"
-        try:
-            return f"{name} {hashlib.sha256(pickle.dumps(x)).hexdigest()}" if self.private else name
-        except Exception:  # hooks of an object may raise anything
-            return name
+            return f"{_name_of(type(x))} {id(x)}"
+        return _name_of(type(x)) + (self.digest(_copied(x)) if self.private else "")
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
@@ -191,7 +188,8 @@ class Reader:
             return
         named = list(self.attributes(x))
         if self.lasting and _is_value(x):
-            yield repr(x)
+            yield repr(x)  # which may leave out of a large one what its copies are made of
+            yield self.digest(_copied(x))
         elif not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
             yield self._opaque(x)
             return
@@ -256,6 +254,15 @@ def _is_value(x) -> bool:
     by = next(cls for cls in type(x).__mro__ if "__hash__" in vars(cls))
     told = not is_dataclass(x) and type(x).__repr__ is not object.__repr__
     return told and by is not object and not is_own(_file_of(by))
+
+
+def _copied(x) -> tuple:
+    """What a copy of a value is made of; nothing where it cannot be copied."""
+    try:
+        _, *parts = x.__reduce_ex__(4)
+    except Exception:  # hooks of an object may raise anything
+        return ()
+    return tuple(list(part) if isinstance(part, Iterator) else part for part in parts)
 
 
 def _names(code: types.CodeType) -> Iterator[str]:

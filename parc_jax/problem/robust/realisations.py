@@ -18,11 +18,11 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, listed
-from parc_jax.learning.labels import name_of
+from parc_jax.learning.labels import axes_of, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.problem import finite_box
-from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty, require_once
+from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty
 
 
 class Parameter(NamedTuple):
@@ -151,16 +151,12 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
 
 def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
     """Values of named parameters, by axis of k."""
-    axes = []
-    for name, _ in pairs:
-        plain = name_of(name) if isinstance(name, str) else name
-        axis = names.index(plain) if plain in names else name
-        if not (isinstance(axis, int) and 0 <= axis < len(names)):
-            raise InputError(
-                f"{word}: expected parameters of the model ({', '.join(names)}); got {name!r}."
-            )
-        axes.append(axis)
-    require_once(word, [names[axis] for axis in axes])
+    axes = axes_of([name for name, _ in pairs], names)
+    if axes is None:
+        raise InputError(
+            f"{word}: expected parameters of the model ({', '.join(names)}), each once; got "
+            f"{listed([repr(name) for name, _ in pairs])}."
+        )
     return {axis: value for axis, (_, value) in zip(axes, pairs, strict=True)}
 
 

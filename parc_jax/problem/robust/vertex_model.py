@@ -261,7 +261,7 @@ def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float
     first, last = round_up(exact[0] - low), round_down(exact[-1] - high)
     # around every old edge a new bin of its own, whose executions may be on both sides of it
     inner = [f for e in exact[1:-1] for f in (round_down(e - high), round_up(e - low))]
-    n_even = int(np.ceil((last - first) / finest))
+    n_even = int(np.ceil((last - first) / max(finest, (last - first) / (MOST_BINS + 1))))
     even = np.linspace(first, last, n_even + 1)[1:-1] if n_even > 1 else []
     new = np.unique([first, last, *(f for f in [*inner, *even] if first < f < last)])
     pairs = itertools.pairwise(new)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from jaxtyping import Float
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import counted
@@ -194,7 +194,7 @@ class FreeSpace:
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """Its part in a square, reach [m] to each side of (x, y[, heading]). Raises InputError."""
         shapely = package("shapely", CALL)
-        (x, y), reach = _place(place), _length("reach", reach)
+        (x, y), reach = place_of(place), at_least(f"{CALL} reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         told = (self.region, self.gone, self.standing)
         parts = [_areas(one.intersection(square)) for one in told]
@@ -212,9 +212,11 @@ class FreeSpace:
         turned: [rad] bound. Far parts lose more: restrict it first (`within`).
         Raises InputError.
         """
-        middle = package("shapely", CALL).Point(_place(place))
-        along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
-        turned = _length("turned", turned)
+        middle = package("shapely", CALL).Point(place_of(place))
+        along, across = (
+            at_least(f"{CALL} moved", most) for most in np.broadcast_to(moved, 2).tolist()
+        )
+        turned = at_least(f"{CALL} turned", turned)
         if self.region.is_empty and self.gone.is_empty:
             return self
         newer = self.newer and self.newer.drifted(place, moved, turned)
@@ -246,8 +248,8 @@ class FreeSpace:
         Raises InputError where the place has no free space around it.
         """
         shapely = package("shapely", CALL)
-        base, middle = self.within(place, reach), shapely.Point(_place(place))
-        tolerance = _length("tolerance", tolerance)
+        base, middle = self.within(place, reach), shapely.Point(place_of(place))
+        tolerance = at_least(f"{CALL} tolerance", tolerance)
         check_count("near most", most, 1, "64")
         found = []
         for wider in (1, 2, 4):
@@ -272,7 +274,7 @@ class FreeSpace:
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
-        gap = _length("uncertainty", uncertainty) + TOLERANCES.outline
+        gap = at_least(f"{CALL} uncertainty", uncertainty) + TOLERANCES.outline
         border = self.region.boundary
         return bool(self.region.contains(body) and not shapely.dwithin(border, body, gap))
 
@@ -306,8 +308,7 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
-    if not (np.ndim(margin) == 0 and np.isfinite(margin)):
-        raise InputError(f"free_place: expected a finite margin [m]; got {margin!r:.40}.")
+    margin = float(as_float64("free_place margin", margin, ()))
     # arcs become chords, which lie inside
     place = shrunk(hull, -margin, 0.0) if margin < 0 else _areas(hull.buffer(margin))
     return FreeSpace(place, beams=STANDS)
@@ -379,19 +380,16 @@ def _filled(region: "shapely.Geometry", width: float):
     return shapely.union_all(out)
 
 
-def _place(place: npt.ArrayLike) -> np.ndarray:
-    place = as_float64("place (x, y)", place, (None,))[:2]
-    require_near("place", place)
-    return place
+def place_of(place: npt.ArrayLike) -> np.ndarray:
+    """(2,) [m] of x, y, or of a pose with a heading. Raises InputError."""
+    found = as_float64("place (x, y)", place, (None,))
+    if len(found) not in (2, 3):
+        raise InputError(f"place: expected x, y or x, y, heading; got {len(found)} numbers.")
+    require_near("place", found[:2])
+    return found[:2]
 
 
 def _corners(corners: npt.ArrayLike) -> np.ndarray:
     corners = as_float64("corners of the body", corners, (None, 2))
     require_near("corners of the body", corners)
     return corners
-
-
-def _length(name: str, value: float) -> float:
-    if not (np.ndim(value) == 0 and np.isfinite(value) and value >= 0):
-        raise InputError(f"{CALL}: expected a {name} >= 0 m; got {value!r:.40}.")
-    return float(value)

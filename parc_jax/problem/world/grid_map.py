@@ -8,8 +8,8 @@ import numpy.typing as npt
 from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
-from parc_jax.problem.world.free_space import FreeSpace
+from parc_jax.common.errors import InputError, reading
+from parc_jax.problem.world.free_space import FreeSpace, place_of
 from parc_jax.problem.world.outlines import FARTHEST, package
 
 LARGEST_COST = 254  # of costmap_2d: lethal; 253 inscribed, 255 no information
@@ -47,7 +47,7 @@ class GridMap:
                     f"map: expected a place (x, y) with a reach > 0 m, or neither; got "
                     f"{place!r:.40} and {reach!r:.40}."
                 )
-            off = as_float64("place (x, y)", place, (None,))[:2] - (x, y)
+            off = place_of(place) - (x, y)
             column, row = np.array([c * off[0] + s * off[1], c * off[1] - s * off[0]])
             for axis, (middle, count) in enumerate(
                 zip((row, column), self.free.shape, strict=True)
@@ -114,10 +114,12 @@ def occupancy_grid(
     costmap_2d publishes next to obstacles; with False you say that 99 is a probability.
     """
     cells = np.asarray(data)
-    if cells.ndim != 2 or cells.dtype.kind not in "iu":
+    masked = np.ma.is_masked(data)
+    if cells.ndim != 2 or cells.dtype.kind not in "iu" or masked:
         raise InputError(
             f"{CALL}: expected whole numbers (height, width); got {cells.dtype} of shape "
-            f"{cells.shape}. Try np.array(data, np.int8).reshape(height, width)."
+            f"{cells.shape}{', some of them masked' * masked}. Try np.array(data, "
+            "np.int8).reshape(height, width), with -1 in place of what is masked."
         )
     cells = np.where(cells == 255, -1, cells.astype(np.int64))
     if ((cells < -1) | (cells > LARGEST_COST)).any():
@@ -160,12 +162,8 @@ def load_map(path: str | Path) -> GridMap:
     with and without it. The origin's yaw turns the map. Raises InputError.
     """
     path, yaml = Path(path), package("yaml", "load_map")
-    try:
+    with reading(path, "a YAML file of map_server", yaml.YAMLError):
         said = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(
-            f"{path}: expected a YAML file of map_server; got {type(error).__name__}."
-        ) from None
     missing = [key for key in NEEDED if not isinstance(said, dict) or key not in said]
     if missing:
         raise InputError(f"{path}: expected an entry {missing[0]!r}; there is none.")
@@ -189,21 +187,16 @@ def load_map(path: str | Path) -> GridMap:
 def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Colours (rows, columns, channels), alpha (rows, columns), in 0 ... 1. Raises InputError."""
     pillow = package("PIL.Image", "load_map")
-    try:
-        with pillow.open(image) as opened:
-            clear = "transparency" in opened.info  # a colour that stands for unknown
-            palette = opened.mode in ("P", "PA", "1") or (clear and opened.mode in ("L", "RGB"))
-            if clear and not palette:
-                raise ValueError("with a transparent colour beyond 8 bits")
-            if opened.mode == "I" and opened.format not in ("PNG", "PPM"):  # not 16 bits
-                raise ValueError("of whole numbers of 32 bits, whose white is not known")
-            array = np.asarray(opened.convert("RGBA") if palette else opened)
-            mode = "RGBA" if palette else opened.mode
-    except (OSError, SyntaxError, ValueError) as error:
-        raise InputError(
-            f"{path}: expected the image {image}; reading it gave {type(error).__name__} "
-            f"({error!s:.60})."
-        ) from None
+    wrong = SyntaxError, pillow.DecompressionBombError
+    with reading(f"{path}, image {image}", "an image", *wrong), pillow.open(image) as opened:
+        clear = "transparency" in opened.info  # a colour that stands for unknown
+        palette = opened.mode in ("P", "PA", "1") or (clear and opened.mode in ("L", "RGB"))
+        if clear and not palette:
+            raise ValueError("with a transparent colour beyond 8 bits")
+        if opened.mode == "I" and opened.format not in ("PNG", "PPM"):  # not 16 bits
+            raise ValueError("of whole numbers of 32 bits, whose white is not known")
+        array = np.asarray(opened.convert("RGBA") if palette else opened)
+        mode = "RGBA" if palette else opened.mode
     if mode not in ("L", "LA", "RGB", "RGBA", "I", "I;16", "I;16B"):
         raise InputError(f"{path}: expected an image of grey or colour; {image} has mode {mode}.")
     whole = array.astype(np.float64) / (65535 if mode.startswith("I") else 255)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.errors import InputError, SoundnessError, reading
 from parc_jax.common.on_use import package
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
@@ -74,13 +74,9 @@ def _read(name: str, value: object, shapely: ModuleType):
             raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
         return shapely.Polygon(corners)
     features = value.get("features", [value])
-    try:
+    kinds = f"a GeoJSON geometry, feature or collection, not {value!r:.60}"
+    with reading(name, kinds, Exception):  # whatever Shapely makes of a foreign dict
         shapes = [shapely.geometry.shape(one.get("geometry", one)) for one in features]
-    except Exception as error:  # whatever Shapely makes of a foreign dict
-        raise InputError(
-            f"{name}: expected a GeoJSON geometry, feature or collection; got {value!r:.60} "
-            f"({type(error).__name__}: {error!s:.60})."
-        ) from None
     return shapely.GeometryCollection(shapes)
 
 
@@ -159,15 +155,13 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     if written is None:
         return obstacle
     shapely = package("shapely", "free space")
-    try:
+    with reading(
+        "edge", f"text as a saved scene has it, not {written!r:.40}", shapely.GEOSException
+    ):
         wkb, _, width = written.partition(" ")
         if not 0 <= (wide := float(width or 0)) < np.inf:
             raise ValueError
         return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), wide)
-    except (AttributeError, ValueError, shapely.GEOSException):
-        raise InputError(
-            f"edge: expected text as a saved scene has it; got {written!r:.40}."
-        ) from None
 
 
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
@@ -261,12 +255,8 @@ def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
     round; base_link is at (0, 0). Several convex parts cover another shape. Raises InputError.
     """
     if isinstance(outline, str):
-        try:
+        with reading("footprint", '"[[x, y], [x, y], ...]"'):
             outline = json.loads(outline)
-        except json.JSONDecodeError as error:
-            raise InputError(
-                f'footprint: expected "[[x, y], [x, y], ...]"; got {outline!r:.60} ({error.msg}).'
-            ) from None
     corners = as_float64("footprint", outline, (None, 2))
     (polygon,) = outlines("footprint", corners)
     names = [f"corner {i}" for i in range(len(corners))]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -36,8 +36,7 @@ class UnitProblem(NamedTuple):
 
 def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
     """Rescale the axes so that errors mean the same along each. Raises InputError."""
-    if not isinstance(domain, Box):
-        raise InputError(f"domain: expected a Box; got {type(domain).__name__}.")
+    check_kind("domain", domain, Box)
     if domain.n != net.n_in:
         raise InputError(
             f"domain: expected {net.n_in} dimensions like the network's inputs; got {domain.n}."

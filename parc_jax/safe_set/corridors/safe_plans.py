@@ -13,7 +13,7 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.climb import Ranked, climb, ranked
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.bound.counts import least_probability
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -176,10 +176,8 @@ def as_plans(
 
     name: of the caller. Raises InputError for other shapes.
     """
-    try:
+    with reading(name, "numbers"):
         p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected numbers; {error}.") from None
     if p0.shape[1:] != (model.n_p,) or k.shape != (len(p0), model.n_k):
         raise InputError(
             f"{name}: expected p0 (b, {model.n_p}) and k (b, {model.n_k}); got "
