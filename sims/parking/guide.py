@@ -33,16 +33,19 @@ TURNS = np.linspace(-MOST, MOST, 5)  # shares of the steering, first and last
 BLOCK, SECTORS = 0.35, 48  # [m] and number of headings of cells of which one pose is followed
 FINER = 16  # times as fine are these cells in a fine search, where it is tight
 DISLIKED = 3.0  # [s / m] that each m of clearance less than LIKED costs
-# weights of what is thought to be left, most poses followed with each, and whether they are told
-# apart finely where it is tight: the next where none was found with the one before
+# weights of what is thought to be left, most poses followed with each, whether they are told apart
+# finely where it is tight, and by how much all cells are turned [rad], as a dead end is one of how
+# they lie: the next where none was found with the one before
 GREEDY = (
-    (1.1, 1000, False),
-    (1.6, 400, False),
-    (2.5, 2500, False),
-    (1.6, 1500, True),
-    (2.5, 5000, True),
+    (1.1, 1000, False, 0.0),
+    (1.6, 400, False, 0.0),
+    (2.5, 2500, False, 0.0),
+    (2.5, 2500, False, 0.5),
+    (2.5, 2500, False, 1.0),
+    (1.6, 1500, True, 0.0),
+    (2.5, 5000, True, 0.0),
 )
-BUDGET = 12_000  # poses followed in all searches of a case
+BUDGET = 15_000  # poses followed in all searches of a case
 DRAWS = (1, 2, 3)  # seeds of quicker ways, of which the next is for what cannot be driven
 
 
@@ -74,6 +77,7 @@ class Guide:
 
     def __init__(self, case: Case, known: Known | None = None, rolling: bool = True):
         self.case, self.space, self.budget = case, Space(case), BUDGET
+        self._spaces = {0.0: self.space}
         if not self.space.joins(case.start[:2], case.goal[:2]):
             raise pj.InputError(
                 f"{case.name}: expected a goal that the car can reach; within {BORDER:.0f} m "
@@ -114,19 +118,29 @@ class Guide:
 
     def first(self, start: np.ndarray, wheels: float = 0.0) -> Way | None:
         """As `search`, the first way that is found."""
-        ways = self.space.ways_from(start)
-        for weight, most, fine in GREEDY:
-            way = self._search(start, wheels, ways, weight, most, fine)
-            if way is not None:
+        ways = {}
+        for weight, most, fine, turned in GREEDY:
+            space = self._turned(turned)
+            if turned not in ways:
+                ways[turned] = space.ways_from(start)
+            way = self._search(start, wheels, space, ways[turned], weight, most, fine)
+            if way is not None or not self.budget:
                 return way
         return None
 
-    def _search(self, start, wheels, ways, weight: float, most: int, fine: bool) -> Way | None:
+    def _turned(self, turned: float) -> Space:
+        """The room, its grids turned [rad]."""
+        if turned not in self._spaces:
+            self._spaces[turned] = Space(self.case, turned)
+        self._spaces[turned].share = self.space.share
+        return self._spaces[turned]
+
+    def _search(self, start, wheels, space: Space, ways, weight, most, fine) -> Way | None:
         number, seen, best = count(), {}, None
-        room, aims = self.space.room(start, fine), self._known.aims
-        aims = aims[self.space.around(aims, fine) >= room]
+        room, aims = space.room(start, fine), self._known.aims
+        aims = aims[space.around(aims, fine) >= room]
         # an aim has its cell alone: poses beside it may be followed too
-        nodes = [Node(aim, (*self._cell(aim, fine), i)) for i, aim in enumerate(aims)]
+        nodes = [Node(aim, (*cell_of(space.seen(aim), fine), i)) for i, aim in enumerate(aims)]
         heap = [(0.0, next(number), i) for i in range(len(nodes))]
         most = min(most, self.budget)
         while heap and most > 0:
@@ -138,15 +152,16 @@ class Guide:
                 continue
             seen[node.cell] = node.cost
             most, self.budget = most - 1, self.budget - 1
-            shot = self._shot(node, start, wheels, room)
+            shot = self._shot(node, start, wheels, space, room)
             if shot is not None and (best is None or node.cost + shot[1] < best[0]):
                 best = (node.cost + shot[1], i, shot[0])
                 if bound >= best[0]:
                     break
-            rows, poses, costs, tight = self._before(node, room, fine)
-            rests = weight * self.space.takes(ways, poses)
-            for row, pose, cost, rest, near in zip(rows, poses, costs, rests, tight, strict=True):
-                cell = self._cell(pose, near)
+            rows, poses, costs, tight = self._before(node, space, room, fine)
+            rests = weight * space.takes(ways, poses)
+            cells = map(cell_of, space.seen(poses), tight)
+            each = zip(rows, poses, cells, costs, rests, strict=True)
+            for row, pose, cell, cost, rest in each:
                 if seen.get(cell, np.inf) <= cost:
                     continue
                 k = backwards(self._k[row : row + 1])[0]
@@ -162,17 +177,17 @@ class Guide:
             poses.append(nodes[i].pose)
         return Way(np.array(k), np.array(poses), np.zeros(len(k), bool))
 
-    def _before(self, node: Node, room: float, fine: bool) -> tuple[np.ndarray, ...]:
+    def _before(self, node: Node, space: Space, room: float, fine: bool) -> tuple[np.ndarray, ...]:
         """Rows of listed manoeuvres that, driven the other way, lead to a node; poses where they
         begin, costs [s] from there on, and whether cells are finer there.
         """
         some = np.arange(len(self._k)) if fine else np.flatnonzero(~self._short)
         if node.k is None:
             some = some[self._known.sure(backwards(self._k[some]), node.pose)]
-        poses, needed = compose(node.pose, self._ends[some]), self.space.needed(self._widths, room)
-        here = self.space.around(poses, fine)
+        poses, needed = compose(node.pose, self._ends[some]), space.needed(self._widths, room)
+        here = space.around(poses, fine)
         fits = np.flatnonzero(here >= needed[some])
-        least = self._along(node.pose, some[fits], fine)
+        least = self._along(node.pose, some[fits], space, fine)
         clear = least >= needed[some[fits]]
         fits, least = fits[clear], least[clear]
         rows = some[fits]
@@ -180,31 +195,25 @@ class Guide:
         costs += DISLIKED * (LIKED - least)
         return rows, poses[fits], costs, fine & (here[fits] < TIGHT)
 
-    def _along(self, pose, rows, fine) -> np.ndarray:
+    def _along(self, pose, rows, space, fine) -> np.ndarray:
         """[m] least clearance along listed manoeuvres, given by their rows, from a pose."""
         if not len(rows):
             return np.zeros(0)
         n = self._last[rows] - self._first[rows] + 1
         starts = np.concatenate([[0], np.cumsum(n)[:-1]])
         which = np.repeat(self._first[rows] - starts, n) + np.arange(n.sum())
-        around = self.space.around(compose(pose, self._samples[which]), fine)
+        around = space.around(compose(pose, self._samples[which]), fine)
         return np.minimum.reduceat(around, starts)
 
-    def _cell(self, pose, tight) -> tuple[int, ...]:
-        finer = FINER if tight else 1
-        x, y = np.floor(pose[:2] / BLOCK * finer).astype(int)
-        sector = int(np.floor(pose[2] / (2 * np.pi) * SECTORS * finer + 0.5)) % (SECTORS * finer)
-        return int(x), int(y), sector, finer
-
-    def _shot(self, node: Node, start, wheels, room):
+    def _shot(self, node: Node, start, wheels, space: Space, room):
         """The manoeuvre (3,) from the start to a node, and its cost; None without one."""
         if np.hypot(*(node.pose[:2] - start[:2])) > LONGEST:
             return None
         k, there = joined(start[None], node.pose[None])
-        needed = self.space.needed(self._known.width(k[there]), room)
+        needed = space.needed(self._known.width(k[there]), room)
         for one, need in zip(k[there], needed, strict=True):
             n = int(samples_of(one[None])[0])
-            least = float(self.space.around(compose(start, ends(one[None], n)[0])).min())
+            least = float(space.around(compose(start, ends(one[None], n)[0])).min())
             if least >= need:
                 if node.k is None and not self._known.sure(one[None], node.pose)[0]:
                     return None
@@ -213,3 +222,11 @@ class Guide:
                 cost += node.stands(last)
                 return one, cost + DISLIKED * (LIKED - least)
         return None
+
+
+def cell_of(pose: np.ndarray, tight: bool) -> tuple[int, ...]:
+    """That a pose (3,) is in, a finer one where it is tight."""
+    finer = FINER if tight else 1
+    x, y = np.floor(pose[:2] / BLOCK * finer).astype(int)
+    sector = int(np.floor(pose[2] / (2 * np.pi) * SECTORS * finer + 0.5)) % (SECTORS * finer)
+    return int(x), int(y), sector, finer

@@ -7,6 +7,7 @@ import shapely
 from scipy.ndimage import distance_transform_edt, label, minimum_filter
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from shapely import affinity
 
 from sims.parking import car as c
 from sims.parking.cases import Case
@@ -30,15 +31,19 @@ UNREACHED = 90.0  # [s] that a place counts as to which no way leads
 
 
 class Space:
-    """The room in a case. share: of its tube's width by which a manoeuvre has to be clear."""
+    """The room in a case. turned: [rad], so its grids lie. share: of its tube's width by which a
+    manoeuvre has to be clear.
+    """
 
-    def __init__(self, case: Case):
+    def __init__(self, case: Case, turned: float = 0.0):
         self.share, self._goal = 1.0, case.goal
-        both = np.stack([case.start[:2], case.goal[:2]])
+        self._frame = np.array([0.0, 0.0, turned])
+        both = self.seen(np.stack([case.start, case.goal]))[:, :2]
         self._lo = both.min(axis=0) - BORDER
         shape = np.ceil((both.max(axis=0) + BORDER - self._lo) / CELL).astype(int) + 1
         x, y = (self._lo[i] + CELL * np.arange(n) for i, n in enumerate(shape))
-        self._filled = shapely.union_all(case.shapes).buffer(0)
+        shapes = [affinity.rotate(one, turned, (0, 0), use_radians=True) for one in case.shapes]
+        self._filled = shapely.union_all(shapes).buffer(0)
         self._far = np.full(shape, 1e3, np.float32)
         if not self._filled.is_empty:
             shapely.prepare(self._filled)
@@ -54,9 +59,13 @@ class Space:
         self._outline = outline()
         self._graphs = []
 
+    def seen(self, poses: np.ndarray) -> np.ndarray:
+        """Poses (..., 3) as the grids lie."""
+        return compose(self._frame, poses)
+
     def distance(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """[m] from places to obstacles: up to 6 cm too little, or CELL too much beside a narrow
-        corner; none beyond the grid.
+        """[m] from places, as the grids lie, to obstacles: up to 6 cm too little, or CELL too much
+        beside a narrow corner; none beyond the grid.
         """
         n, m = self._far.shape
         i = np.clip(((x - self._lo[0]) * (1 / CELL) + 0.5).astype(np.int32), 0, n - 1)
@@ -67,6 +76,7 @@ class Space:
         """(n,) [m] that the car is clear at poses (n, 3), about; not more than LIKED. exact: where
         it is tight the outlines are asked.
         """
+        poses = self.seen(poses)
         x, y, cos, sin = *poses[:, :2].T, np.cos(poses[:, 2]), np.sin(poses[:, 2])
         discs = self._along * np.stack([cos, sin])[..., None]
         away = self.distance(x[:, None] + discs[0], y[:, None] + discs[1]).min(axis=1)
@@ -104,7 +114,8 @@ class Space:
     def joins(self, one: np.ndarray, other: np.ndarray) -> bool:
         """Does a way lead from a place (2,) to another for a disc in the car?"""
         parts = label(self._far > DISC)[0]
-        i, j = np.rint((np.array([one, other]) - self._lo) / CELL).astype(int).T
+        both = self.seen(np.array([[*one, 0.0], [*other, 0.0]]))[:, :2]
+        i, j = np.rint((both - self._lo) / CELL).astype(int).T
         return bool(parts[i[0], j[0]] == parts[i[1], j[1]] != 0)
 
     def ways_from(self, start: np.ndarray) -> np.ndarray:
@@ -126,6 +137,7 @@ class Space:
         return ways[self._cell(poses, ways.shape)]
 
     def _cell(self, poses, shape):
+        poses = self.seen(poses)
         at = np.floor((poses[:, :2] - self._lo) / BLOCK).astype(int)
         i, j = np.clip(at, 0, np.array(shape[1:]) - 1).T
         return np.rint(poses[:, 2] / (2 * np.pi) * shape[0]).astype(int) % shape[0], i, j

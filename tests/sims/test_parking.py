@@ -315,9 +315,10 @@ def test_a_goal_of_no_size_is_named(within, tmp_path):
         park_all(Options(case=(5,), within=within, out=tmp_path))
 
 
-def test_what_the_grid_says_is_clear_is_about_what_it_is():
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_what_the_grid_says_is_clear_is_about_what_it_is(angle):
     case = cases.case(5)
-    room = space.Space(case)
+    room = space.Space(case, angle)
     poses = np.random.default_rng(0).uniform([-8, -8, -4], [8, 8, 4], (400, 3)) + case.goal
     bodies = shapely.polygons(car.corners(*poses.T)[:, 1:])
     true = np.min([shapely.distance(bodies, shape) for shape in case.shapes], axis=0)
@@ -359,6 +360,35 @@ def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave(tmp_path
             path = kinematics.compose(start, states[:, :3])
             assert drive.judged(case, path) > 0
             assert (np.abs(path[-1] - chain.poses[i + 1]) <= ended).all()
+
+
+def test_a_search_that_finds_nothing_begins_anew_with_cells_that_are_turned(monkeypatch):
+    case, followed = cases.case(5), set()
+    for angle in (0.0, 0.5, 1.0):
+        monkeypatch.setattr(guide, "GREEDY", ((1.1, 1, False, 0.0), (1.1, 1000, False, angle)))
+        searcher = guide.Guide(case)
+        way = searcher.first(case.start)
+        followed.add(guide.BUDGET - searcher.budget)
+        path = [case.start[None]]
+        for k in way.k:
+            path.append(kinematics.compose(path[-1][-1], kinematics.ends(k[None], 40)[0]))
+        assert np.abs(kinematics.offset_from(path[-1][-1], case.goal)).max() < 0.1
+        assert drive.judged(case, np.concatenate(path)) > 0.03  # [m]
+    assert min(followed) > 1 and len(followed) > 1  # other cells, other poses
+
+
+def test_a_search_begins_at_all_poses_at_which_a_way_may_end():
+    """That is where there is room. Some of them are in one cell."""
+    case = cases.case(1)
+    told, begun = known.Learned(case, predict.model(), (0.25, np.radians(5.0))), set()
+    sure = told.sure
+    told.sure = lambda k, aim, *more: begun.add(tuple(aim)) or sure(k, aim, *more)
+    searcher = guide.Guide(case, told)
+    assert searcher.first(case.start) is not None
+    room = searcher.space
+    fits = told.aims[room.around(told.aims) >= room.room(case.start)]
+    assert begun == set(map(tuple, fits))
+    assert len({guide.cell_of(one, False) for one in fits}) < len(fits)
 
 
 def test_a_search_ends_within_its_budget():
