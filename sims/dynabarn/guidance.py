@@ -12,7 +12,7 @@ class Guidance:
     as of the sight.
     """
 
-    def __init__(self, pose, speeds, movers: list[Sighting], now: float, unseen: float = 0.0):
+    def __init__(self, pose, speeds, movers: list[Sighting], now: float, unseen: float):
         self._pose, self._speeds, self._unseen = pose, speeds, unseen
         self._costs: np.ndarray | None = None
         self._around = straight_on(movers, now)

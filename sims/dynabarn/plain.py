@@ -74,9 +74,9 @@ def best(pose, speeds, before, asked, movers, velocities, unseen: float) -> np.n
     return (costs(places, movers, velocities) + behind).min(axis=0)
 
 
-def drive(world: World, key, sight: Known | Seen, again: float = HELD) -> dict:
+def drive(world: World, key, sight: Known | Seen) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
-    new command every `again` seconds; what came of it.
+    new command as often as the loop; what came of it.
     """
     system, asked, command = robot(), commands(), np.zeros(2)
     driven, touched = Driven(system, START, key), False
@@ -86,7 +86,7 @@ def drive(world: World, key, sight: Known | Seen, again: float = HELD) -> dict:
         costing = best(driven.pose, driven.measured, command, asked, *around, sight.unseen)
         command = asked[np.argmin(costing)]
         driven.begin(*command)
-        driven.drive(again)
+        driven.drive(HELD)
         touched = bool(clearances(world, driven.path, system.size, first).min() <= 0)
     nearest = float(clearances(world, driven.path, system.size).min())
     return {
