@@ -36,6 +36,7 @@ AT_ONCE = {True: 512, False: 64}
 LEAST_ROWS = 512  # of a table of thresholds; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of that table, before it is begun anew
 SMALLEST = 128  # padded number of corridors, which grows by fours too
+BLOCK = 512  # corridors whose thresholds of all bins are one table, which stays once it is full
 KNOTS = 16  # of the coarse grid, every second at most: who leaves a corridor mostly does for long
 TILES = ((1024, 8), (512, 32))  # plans and corridors of a call of the coarse test
 PAIRS = 512  # (plan, corridor) pairs of a call of the full test
@@ -57,6 +58,7 @@ class Thresholds:
         self._dtype = dtype
         self._row = np.full((0, len(jax.tree.leaves(errors)[0])), -1, np.int32)
         self._table = np.zeros(0)
+        self._blocks: dict[int, tuple[int, Looked]] = {}
 
     def lookup(
         self, corridors: tuple[Corridor, ...], corridor: np.ndarray, bins: np.ndarray
@@ -85,6 +87,17 @@ class Thresholds:
         table[: len(needed)] = self._table[self._row.ravel()[needed]]
         with x64():
             return jax.device_put(Looked(row, table))
+
+    def block(self, corridors: tuple[Corridor, ...], number: int) -> Looked:
+        """Thresholds of the corridors from BLOCK * number on, in all bins, as of `lookup`."""
+        of = np.arange(BLOCK * number, min(BLOCK * (number + 1), len(corridors)))
+        known, looked = self._blocks.get(number, (0, None))
+        if looked is None or known < len(of):
+            n_bins = self._row.shape[1]
+            every = np.repeat(of, n_bins), np.tile(np.arange(n_bins), len(of))
+            looked = self.lookup(corridors, *every)
+            self._blocks[number] = len(of), looked
+        return looked
 
     def _add(self, corridors: tuple[Corridor, ...], new: np.ndarray) -> None:
         """Compute pairs that are not in the cache, numbered corridor * n_bins + bin."""
@@ -243,20 +256,24 @@ class Corridors:
         out = np.zeros((len(rows), len(some)), bool)
         if not out.size:
             return out
-        conditions = self._at_few
         path = path[rows[:, None], self._knots].astype(np.float32)
         bins = bins[rows]
         height, width = TILES[len(some) > TILES[0][1]]
 
-        def tile(corner: tuple[int, int]):
-            row = np.arange(corner[0], min(corner[0] + height, len(path)))
-            column = np.arange(corner[1], min(corner[1] + width, len(some)))
+        def tile(part: tuple[Conditions, np.ndarray, int]):
+            conditions, column, first = part
+            row = np.arange(first, min(first + height, len(path)))
             at, of = _padded(row, height), some[_padded(column, width)]
             result = np.asarray(_tile(conditions, path[at], bins[at], of))
             out[row[:, None], column] = result[: len(row), : len(column)]
 
-        columns, rows = range(0, len(some), width), range(0, len(path), height)
-        on_all_cores(tile, [(row, column) for column in columns for row in rows])
+        parts = [
+            (conditions, columns[at : at + width], first)
+            for conditions, columns in self._at_few(some)
+            for at in range(0, len(columns), width)
+            for first in range(0, len(path), height)
+        ]
+        on_all_cores(tile, parts)
         return out
 
     def kept_pairs(
@@ -277,15 +294,16 @@ class Corridors:
 
         return in_chunks(len(plan), PAIRS, call)
 
-    @cached_property
-    def _at_few(self) -> Conditions:
-        """Of the coarse grid; looked up thresholds are those of all bins at once."""
+    def _at_few(self, some: np.ndarray) -> list[tuple[Conditions, np.ndarray]]:
+        """Of the coarse grid, for which of some corridors; looked up thresholds by block."""
         _, few = self._stacked
         if not self._tables:
-            return few
-        n_bins = self.tube.n_bins
-        every = divmod(np.arange(len(self) * n_bins), n_bins)
-        return few._replace(least=self._tables[1].lookup(self.all, *every))
+            return [(few, np.arange(len(some)))]
+        table, block = self._tables[1], some // BLOCK
+        return [
+            (few._replace(least=table.block(self.all, b)), np.flatnonzero(block == b))
+            for b in np.unique(block).tolist()
+        ]
 
     @cached_property
     def _stacked(self) -> tuple[Conditions, Conditions]:
