@@ -21,7 +21,7 @@ CELL = 0.05  # [m] the edge of a cell of the map
 WIDE, NARROW = 0.05, 1.5  # [m] more than that; how much dearer than free is what is nearer
 BLOCKED = 100.0  # how much dearer is what is too near to anything
 LAG, TURNS = 0.519, 3.0  # [s] of the drag; [rad/s] of a full action
-DRAWN, REFINED, TOP = 96, 48, 8  # plans drawn at a step; drawn around so many of the best
+TOP = 8  # of the best plans, around which others are drawn
 RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it on; thrice before
 TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
 
@@ -51,6 +51,7 @@ class Guide:
     more = 0.025  # [m] wider is a way of the map: one that a plan has to aim at is no way
     near = 2.0  # [m] from the robot on which a disc is left out
     fast = 1.47  # [m/s] most
+    drawn, refined = 96, 48  # plans drawn at a step; drawn around the best of them
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
     half, bound = 2.4, np.inf  # [m] half the edge of the map, and of what the middle has to stay in
@@ -131,19 +132,21 @@ class Guide:
         plans = cls._proposals(own[0], best)
         cost = cls._cost(plans, known)
         top = plans[jax.lax.top_k(-cost, TOP)[1]]
-        more = around(own[1], top[jax.random.randint(own[2], (REFINED,), 0, TOP)], 0.25)
+        more = around(own[1], top[jax.random.randint(own[2], (cls.refined,), 0, TOP)], 0.25)
         plans = jnp.concatenate([plans, more])
         best = plans[jnp.concatenate([cost, cls._cost(more, known)]).argmin()]
         return key, best, cls._action(best[0])
 
     @classmethod
     def _proposals(cls, key, best):
-        """(DRAWN, holds, 2) shares of the greatest thrust, and turning: the best of the step before
+        """(drawn, holds, 2) shares of the greatest thrust, and turning: the best of the step before
         and plans around it, the rest anew.
         """
-        size = DRAWN // 2, cls._holds()
+        size = cls.drawn // 2, cls._holds()
         first, second = jax.random.split(key)
-        near = around(first, jnp.repeat(best[None], DRAWN - size[0], axis=0), 0.4).at[0].set(best)
+        near = (
+            around(first, jnp.repeat(best[None], cls.drawn - size[0], axis=0), 0.4).at[0].set(best)
+        )
         return jnp.concatenate([cls._anew(second, size), near])
 
     @classmethod
