@@ -276,6 +276,39 @@ def test_a_claim_is_wrong_as_rarely_as_it_says():
     assert wrong > 0  # the bound is no wider than it has to be
 
 
+class Logged:
+    """Worlds of a list, one after another, so that each worker begins with the first. draw: those
+    of a generator that goes on.
+    """
+
+    def __init__(self, draw=False):
+        self.at, self.draw = -1, np.random.default_rng(0) if draw else None
+
+    def __call__(self, seed):
+        if self.draw is not None:
+            return float(self.draw.uniform())
+        self.at += 1
+        return [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][self.at]
+
+
+def one_world_of_each_process(seed, told=[]):  # noqa: B006
+    told.append(float(np.random.default_rng(seed).uniform()))
+    return told[0]
+
+
+@pytest.mark.parametrize(
+    ("told_of", "words"),
+    [
+        (Logged(), "got another world of the same seed"),
+        (Logged(draw=True), "got another world of the same seed"),
+        (one_world_of_each_process, "got that a call of it changes it"),
+    ],
+)
+def test_worlds_that_are_not_of_their_seeds_alone_are_no_independent_episodes(told_of, words):
+    with pytest.raises(InputError, match=words):
+        pj.drive.drive_episodes(Toy(), told_of, KEY, 6, workers=0, quiet=True)
+
+
 def test_looks_share_delta_and_others_are_refused():
     first, last = (asked(Toy(left=0.5), n, looks=(10, 40)) for n in (10, 40))
     assert first.look[:2] == (1, 2) and last.look[:2] == (2, 2)

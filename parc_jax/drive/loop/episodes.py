@@ -134,6 +134,7 @@ def drive_episodes(
         )
     look = Look(declared.index(n) + 1, len(declared), delta / len(declared))
     words = key_data(stream(key, Stage.EPISODE))
+    require_of_seeds(law, task_of(words, 0).of_world)
     named = [with_digest(getattr(x, "__name__", type(x).__name__), x) for x in (law, drive)]
     meta = {}
     if folder is not None:
@@ -158,6 +159,21 @@ def drive_episodes(
                         f"failed, the last {one.failed}."
                     )
         return Episodes(tuple(done[i] for i in range(n)), look, *named)
+
+
+def require_of_seeds(law: Callable, seed: np.ndarray) -> None:
+    """Refuse a law that a call changes, or that tells two worlds of one seed. Raises InputError."""
+    before = whole_digest(law)
+    try:
+        one, two = (whole_digest(law(seed.copy())) for _ in range(2))
+    except Exception:  # a failed episode, which is told when it is driven
+        return
+    if one != two or whole_digest(law) != before:
+        got = "another world of the same seed" if one != two else "that a call of it changes it"
+        raise InputError(
+            f"episodes: expected a law whose worlds are of their seeds alone; got {got}. Draw from "
+            "logged worlds by the seed, such as worlds[default_rng(seed).integers(len(worlds))]."
+        )
 
 
 class Ledger:
