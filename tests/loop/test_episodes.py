@@ -473,17 +473,34 @@ def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
             lambda text: text.replace('"number": 3', '"no": 3'),
             "line 4: expected an episode as it was written",
         ),
+        (lambda text: text + "[1]\n", "line 7: expected an episode as it was written"),
+        (lambda text: text.replace(', "hash"', ', "bash"', 1), "line 1.* number 0 is of another"),
+        (
+            lambda text: text.replace('"touched": true', '"touched": false'),
+            "line 1: expected an episode of this folder, .*; number 0 .* changed. Begin anew",
+        ),
         (lambda text: "\n" + text, "line 1: expected an episode as it was"),
-        (lambda text: text.replace('"number": 3', '"number": [3]'), "expected a whole number >= 0"),
-        (lambda text: text.replace('"touched": false', '"touched": 0', 1), "expected bool; got 0"),
+        (lambda text: text.replace('"number": 3', '"number": 9'), "line 4: .* number 9 is of ano"),
     ],
 )
 def test_lines_that_were_changed_are_refused(tmp_path, spoilt, words):
-    asked(Toy(), 6, folder=tmp_path)
+    drive = Toy(touched=0.0)
+    asked(drive, 6, folder=tmp_path)
     path = tmp_path / LINES
     path.write_text(spoilt(path.read_text()))
     with pytest.raises(InputError, match=words):
-        asked(Toy(), 6, folder=tmp_path)
+        asked(drive, 6, folder=tmp_path)
+
+
+def test_episodes_of_another_folder_are_none_of_this_one(tmp_path):
+    """390 of easy worlds were counted beside ten of the law."""
+    one, other = tmp_path / "one", tmp_path / "other"
+    asked(Toy(touched=0.5), 4, folder=one, looks=(4, 9))
+    asked(Toy(), 9, folder=other)
+    with (one / LINES).open("a") as file:
+        file.writelines(line + "\n" for line in (other / LINES).read_text().splitlines()[4:])
+    with pytest.raises(InputError, match="line 5: .* number 4 is of another one, or was changed"):
+        asked(Toy(touched=0.5), 9, folder=one, looks=(4, 9))
 
 
 def test_two_runs_never_write_one_folder(tmp_path):

@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from parc_jax.answer.looks import DELTA, Look
-from parc_jax.common.errors import InputError, check_kind, reading
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
@@ -22,7 +22,7 @@ from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 from parc_jax.statement import about_episodes
 
-FORMAT = "parc_jax.episodes/3"
+FORMAT = "parc_jax.episodes/4"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
@@ -207,7 +207,8 @@ class Ledger:
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
         if self.folder is not None:
-            os.write(self._file, (json.dumps(one._asdict()) + "\n").encode())
+            told = one._asdict() | {"hash": whole_digest([self.meta, one._asdict()])}
+            os.write(self._file, (json.dumps(told) + "\n").encode())
             os.fsync(self._file)
         self.done[one.number] = one
 
@@ -221,9 +222,14 @@ class Ledger:
         os.ftruncate(self._file, whole)
         for i, line in enumerate(text[:whole].splitlines()):
             with reading(f"{self.folder / LINES}, line {i + 1}", "an episode as it was written"):
-                one = Driven(**json.loads(line))
-                check_count("number", one.number, 0, "the folder as it was written")
-                check_kind("touched", True if one.failed else one.touched, bool)
+                told = json.loads(line)
+                if told.pop("hash", None) != whole_digest([self.meta, told]):
+                    raise InputError(
+                        f"{self.folder / LINES}, line {i + 1}: expected an episode of this folder, "
+                        f"as it was written; number {told['number']!r:.20} is of another one, or "
+                        "was changed. Begin anew in another folder."
+                    )
+                one = Driven(**told)
             if one.number in self.done:
                 raise InputError(
                     f"{self.folder / LINES}: expected every episode once; {one.number} stands "

@@ -19,6 +19,7 @@ from parc_jax.common.errors import InputError, reading
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
 from parc_jax.learning.system import points_of
+from parc_jax.learning.systems.content import whole_digest
 
 
 def require_same_runs(where, stored: dict, again: dict, system) -> None:
@@ -69,6 +70,7 @@ def _described(path: Path) -> dict:
 
 
 Arrays = dict[str, np.ndarray]
+HASH = "hash"  # of a chunk, its number and its folder's work
 
 
 class ChunkStore:
@@ -76,7 +78,7 @@ class ChunkStore:
 
     def __init__(self, folder, meta: dict):
         """Open or create. Raises InputError when the folder holds chunks of other work."""
-        self.folder = Path(folder)
+        self.folder, self._meta = Path(folder), meta
         describe_work(self.folder / "meta.json", meta)
 
     @staticmethod
@@ -86,12 +88,20 @@ class ChunkStore:
         return _described(path)["chunk"] if path.exists() else None
 
     def get(self, index: int) -> Arrays | None:
-        """A finished chunk, or None. A damaged file counts as unfinished and is computed again."""
+        """A finished chunk, or None. A damaged file counts as unfinished and is computed again.
+        Raises InputError for another's, and for one that was changed.
+        """
         path = self._path(index)
         try:
-            return read_npz(path) if path.exists() else None
+            arrays = read_npz(path) if path.exists() else None
         except InputError:
             return None
+        if arrays and str(arrays.pop(HASH, "")) != whole_digest([self._meta, index, arrays]):
+            raise InputError(
+                f"{path}: expected a chunk of this folder, as it was written; it is of other work, "
+                "or was changed. Choose another path."
+            )
+        return arrays
 
     def first(self) -> tuple[int, Arrays] | None:
         """The first finished chunk that can be read, with its number."""
@@ -104,7 +114,8 @@ class ChunkStore:
 
     def put(self, index: int, arrays: Arrays) -> None:
         """Store a finished chunk, atomically."""
-        write_npz(self._path(index), arrays)
+        of = {HASH: np.array(whole_digest([self._meta, index, arrays]))}
+        write_npz(self._path(index), arrays | of)
         self._marker(index).unlink(missing_ok=True)
 
     def begin(self, index: int) -> int:
