@@ -518,7 +518,7 @@ def test_episodes_of_another_folder_are_none_of_this_one(tmp_path):
     asked(Toy(), 9, folder=other)
     with (one / LINES).open("a") as file:
         file.writelines(line + "\n" for line in (other / LINES).read_text().splitlines()[4:])
-    with pytest.raises(InputError, match="line 5: .* number 4 is of another one, or was changed"):
+    with pytest.raises(InputError, match=r"line 5: .* number 4 is of another one, or was changed"):
         asked(Toy(touched=0.5), 9, folder=one, looks=(4, 9))
 
 

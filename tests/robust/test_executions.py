@@ -407,7 +407,7 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
     silent = replace(claim, law=model.claim.law)
     with pytest.raises(checker.Rejected, match="the law of the claim is about another K"):
         stated_premises(silent.facts())
-    with pytest.raises(pj.InputError, match="expected K = .* to be that of the law of its runs"):
+    with pytest.raises(pj.InputError, match=r"expected K = .* to be that of the law of its runs"):
         forged = silent.facts() | {"statement": said, "hash": claim_module._hash(silent)}
         (tmp_path / "claim.json").write_text(json.dumps(data | {"claim": forged}))
         load_claim(tmp_path / "claim.json")

@@ -23,8 +23,8 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
     if path.suffix != ".npz":
         raise InputError(
             f"{path}: expected a network as .npz. A state dict of torch is written by "
-            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()}); ONNX is read by "
-            "benchmarks.peers.onnx_file of a clone."
+            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()}); ONNX is read "
+            "by benchmarks.peers.onnx_file of a clone."
         )
     return from_state_dict(read_npz(path), normalisation, str(path))
 
@@ -51,7 +51,8 @@ def from_state_dict(
             f"{(foreign or ['none'])[0]!r}. Batch norm and others must be folded into the layers "
             "first."
         )
-    weights, biases = [], []
+    weights: list[np.ndarray] = []
+    biases: list[np.ndarray] = []
     for prefix in layers:
         W = state[f"{prefix}weight"]
         b = state.get(f"{prefix}bias", np.zeros(W.shape[:1]))
