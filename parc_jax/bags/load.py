@@ -157,8 +157,7 @@ def load_bags(
             "command": f"{command}, {', '.join(k)}",
             "clock": clock,
             "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
-            "recordings": f"one where it goes on within {apart:g} s of another's end; those of one "
-            "time are of several robots",
+            "recordings": f"one where it goes on within {apart:g} s of another's end",
             "records": f"straight between poses, {bridge:g} s apart at most",
             "cut short": short,
         }
@@ -203,9 +202,12 @@ def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
         if max(a.times[0], b.times[0]) > min(a.times[-1], b.times[-1]):
             continue
         _, i, j = np.intersect1d(a.times, b.times, assume_unique=True, return_indices=True)
-        # robots may rest at one place of their frames for a while
-        same = int((a.pose[i, :2] == b.pose[j, :2]).all(axis=1).sum())
-        if 2 * same > min(len(a.times), len(b.times)):
+        # robots may rest at one place of their frames for long
+        moved, moving = (
+            np.append(False, (np.diff(x.pose[:, :2], axis=0) != 0).any(axis=1)) for x in (a, b)
+        )
+        alike = (a.pose[i, :2] == b.pose[j, :2]).all(axis=1) & moved[i] & moving[j]
+        if 2 * (same := int(alike.sum())) > min(moved.sum(), moving.sum()):
             raise InputError(
                 f"{other.name}: expected recordings of different drives; {counted(same, 'pose')} "
                 f"of it are those of {one.name}, as of two recorders of one robot. Leave one out."

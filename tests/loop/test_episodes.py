@@ -458,25 +458,6 @@ def test_a_drive_of_other_private_content_is_another(tmp_path, one, other):
         asked(Hidden(other()), 6, folder=tmp_path)
 
 
-def test_a_drive_of_another_module_that_it_imports_itself_is_another(tmp_path, monkeypatch):
-    """As drives do that are sent to workers: a reckless one went on where a careful one began."""
-    (tmp_path / "careful_or_not.py").write_text("def touches(world):\n    return world > 2.0\n")
-    monkeypatch.syspath_prepend(tmp_path)
-
-    def drive(world, seed):
-        import careful_or_not as how
-
-        return pj.drive.Outcome(how.touches(world))
-
-    assert asked(drive, 6, folder=tmp_path / "a").bad == 0
-    import careful_or_not
-
-    assert asked(drive, 6, folder=tmp_path / "a").bad == 0
-    monkeypatch.setattr(careful_or_not, "touches", lambda world: world > 0.5)
-    with pytest.raises(InputError, match="the same drive"):
-        asked(drive, 6, folder=tmp_path / "a")
-
-
 def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
     model = line_model(4, 0.01)
     asked(Hidden(model), 6, folder=tmp_path)

@@ -2,7 +2,6 @@
 
 import re
 import threading
-from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 from synthetic_plants import disturbed, failing, noisy, plant
 
-import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import SEEDS, Stage, folded, key_of, stream
 from parc_jax.learning.bound.start_gap import translation_gap
@@ -33,32 +31,6 @@ def equal(a, b):
         np.array_equal(getattr(a, f), getattr(b, f), equal_nan=True)
         for f in ("rows", "k", "p", "q")
     )
-
-
-@dataclass(frozen=True)
-class Gusts:
-    """A robot that brings its own `rollout_batch`. one: all of a call have the gust of the first
-    row; on: each begins where the one before it was blown to.
-    """
-
-    one: bool = False
-    on: bool = False
-    name, n_p, n_q, domain = "gusts", 2, 0, pj.box([0.5, -0.5], [1.0, 0.5])
-    time = pj.learning.time_grid(dt=0.25, t_f=1.0, dt_record=0.05)
-
-    def rollout_batch(self, keys, ks):
-        gust = np.stack([np.random.default_rng(np.asarray(key)).normal(size=2) for key in keys])
-        gust = np.cumsum(gust, axis=0) if self.on else gust[:1] if self.one else gust
-        s = np.linspace(0.0, 1.0, 21)[:, None]
-        ks = np.asarray(ks)
-        return pj.Trajectory(s * ks[:, None] + 0.05 * s**2 * gust[:, None], ks[:, :0])
-
-
-def test_runs_that_share_a_disturbance_are_no_independent_runs():
-    assert collect(Gusts(), KEY, 40, quiet=True).n == 40
-    for system in (Gusts(one=True), Gusts(on=True)):
-        with pytest.raises(InputError, match="depend on their own key and k alone; two of a"):
-            collect(system, KEY, 40, quiet=True)
 
 
 def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
@@ -204,8 +176,7 @@ class NotJax:
 def test_a_system_that_is_not_jax_offers_rollout_batch(system):
     numpy_system = NotJax(system)
     batch = collect(numpy_system, KEY, 100, chunk=32, quiet=True)
-    # nothing is run to be thrown away but two, to see that they depend on their own keys
-    assert numpy_system.calls == [32, 2, 32, 32, 4]
+    assert numpy_system.calls == [32, 32, 32, 4]  # nothing is run to be thrown away
     np.testing.assert_array_equal(batch.failed, batch.k[:, 0] > 0.9)
 
 

@@ -204,9 +204,8 @@ def left_tube(
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
     time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
-    The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, while
-    its loop has it under way, and other goal states (q), which only `end` rests on. Raises
-    InputError.
+    The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
+    other goal states (q), which only `end` rests on. Raises InputError.
     """
     require_whole("left_tube", commitments)
     if (first := commitments[0].number) != 0:
@@ -237,13 +236,6 @@ def left_tube(
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
                 f"{exact(one.begin)} s."
             )
-    last = commitments[-1]
-    if not last.under_way and len(path) - 1 > begin[-1] + model.time.n_record:
-        raise InputError(
-            f"left_tube: expected all commitments of an episode; its loop has not number "
-            f"{last.number} under way, which ends at {exact(last.end)} s, and the path goes on to "
-            f"{step * (len(path) - 1):g} s. Ask before `restart`, or end the path there."
-        )
     k = np.stack([one.k for one in commitments])
     knots, q = trajectories(model.net, model.layout, k)
     # at all records, straight between knots

@@ -163,16 +163,18 @@ def drive_episodes(
 
 def require_of_seeds(law: Callable, seed: np.ndarray) -> None:
     """Refuse a law that a call changes, or that tells two worlds of one seed. Raises InputError."""
-    before = whole_digest(law)
     try:
-        one, two = (whole_digest(law(seed.copy())) for _ in range(2))
-    except Exception:  # a failed episode, which is told when it is driven
+        one = whole_digest(law(seed.copy()))
+        before = whole_digest(law)  # what it keeps of a seed, or loads at its first call, is there
+        two = whole_digest(law(seed.copy()))
+    except (Exception, SystemExit):  # a failed episode, which is told when it is driven
         return
     if one != two or whole_digest(law) != before:
         got = "another world of the same seed" if one != two else "that a call of it changes it"
         raise InputError(
             f"episodes: expected a law whose worlds are of their seeds alone; got {got}. Draw from "
-            "logged worlds by the seed, such as worlds[default_rng(seed).integers(len(worlds))]."
+            "logged worlds by the seed, as worlds[default_rng(seed).integers(len(worlds))]; name "
+            "files by the seed, too."
         )
 
 

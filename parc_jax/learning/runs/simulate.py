@@ -10,11 +10,10 @@ from parc_jax.common.arrays import x64
 from parc_jax.common.backend import backend, options
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, row_keys, stream
-from parc_jax.learning.runs.chunks import differing, worker_devices
+from parc_jax.learning.runs.chunks import worker_devices
 from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
 from parc_jax.learning.systems.chained import Chained, ToRun, begun, links_of, lost_in
 from parc_jax.learning.systems.content import Content, content_of
-from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
 SAME = 1e-6  # [widths of K] by which a draw may be outside of it for rounding
@@ -30,8 +29,6 @@ class Simulator:
         check_system(system)
         self.system = system
         self.traceable = is_traceable(system)
-        # runs of a process or a program of their own cannot share a draw by their place in a call
-        self._by_row = self.traceable or isinstance(system, PythonSystem)
         # named in every call: XLA compiles for a named and for the default device separately
         self._device = worker_devices(system)[0]
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
@@ -134,25 +131,7 @@ class Simulator:
                 f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "
                 f"{type(out).__name__}."
             )
-        out = in_columns(self.system, Trajectory(*out))
-        if not self._by_row and rows.states is None and len(rows.k) > 1:
-            self._require_by_row(rows, out, device)
-        return out
-
-    def _require_by_row(self, rows: ToRun, out: Trajectory, device) -> None:
-        """Refuse runs that depend on others of their call: two are run again, in another order.
-        Raises InputError.
-        """
-        first = {x: np.array(getattr(out, x))[1::-1] for x in "pq"}  # memory may be used again
-        self._by_row = True
-        again = self._run(ToRun(np.asarray(rows.keys)[1::-1], rows.k[1::-1]), device)
-        if name := differing(first, again._asdict(), self.system):
-            self._by_row = False
-            raise InputError(
-                f"{self.system.name}: expected runs that depend on their own key and k alone; two "
-                f"of a call have another {name} in the other order. Draw the disturbance of each "
-                "row from its own key, and begin each run afresh."
-            )
+        return in_columns(self.system, Trajectory(*out))
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners of K; for a float32 system the outermost float32 numbers inside K."""

@@ -4,10 +4,8 @@ A compiled program and a folder of finished runs belong to one system. Both are 
 this has changed, though name and law are the same. Loads NumPy alone, for worker processes.
 """
 
-import contextlib
 import dis
 import hashlib
-import importlib.util
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -226,12 +224,7 @@ class Reader:
             yield self.digest(getattr(f, "__wrapped__", None))
             return
         yield self.digest(f.__code__)
-        meant = {x: f.__globals__[x] for x in _of_code(f.__code__, _GLOBAL) if x in f.__globals__}
-        for name in set(_of_code(f.__code__, ("IMPORT_NAME",))) - meant.keys():
-            with contextlib.suppress(Exception):  # whatever a module raises, it raises in the run
-                spec = importlib.util.find_spec(name)
-                if is_own(spec.origin):  # else a library, of which the name alone counts
-                    meant[name] = importlib.import_module(name)
+        meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
         yield from self._named(meant, frozenset(_names(f.__code__)))
 
     def _named(self, space: dict, names: frozenset) -> Iterator:
@@ -281,12 +274,10 @@ def _names(code: types.CodeType) -> Iterator[str]:
 
 
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
-def _of_code(code: types.CodeType, steps: tuple[str, ...]) -> tuple[str, ...]:
-    """Names alone of those in `_names` that such steps name: globals are all that a function takes
-    to another process.
-    """
-    outer = (step.argval for step in dis.get_instructions(code) if step.opname in steps)
-    inner = (_of_code(x, steps) for x in code.co_consts if isinstance(x, types.CodeType))
+def _globals(code: types.CodeType) -> tuple[str, ...]:
+    """Global names alone, of those in `_names`: all that a function takes to another process."""
+    outer = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
+    inner = (_globals(x) for x in code.co_consts if isinstance(x, types.CodeType))
     return *outer, *chain.from_iterable(inner)
 
 
