@@ -51,8 +51,8 @@ class Look(NamedTuple):
 @dataclass(eq=False, repr=False)
 class Looks:
     """The account of the looks at one answer and at all that is derived from it, or of tests of
-    sets in any scenes: choices, local claims and `Validate` hold this very object. It is mutable by
-    design: a look is spent when its runs are made, with every outcome.
+    sets in any scenes: choices, local claims, `Validate` and copies hold this very object. It is
+    mutable by design: a look is spent when its runs are made, with every outcome.
 
     delta: error probability of all looks together, None until `declare`. planned: how many may be
     taken. taken: how many were. others: deltas of other accounts that tested sets of this answer.
@@ -67,6 +67,11 @@ class Looks:
         if self.delta is None:
             return "Looks(none declared)"
         return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
+
+    def __copy__(self, *_) -> "Looks":
+        return self
+
+    __deepcopy__ = __copy__
 
     def declare(
         self, delta: Fraction | float | str | None = None, planned: int | None = None

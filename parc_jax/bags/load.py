@@ -4,7 +4,7 @@ recording is one unit of the claim, however many runs were cut from it.
 
 import logging
 from collections.abc import Mapping, Sequence
-from itertools import chain
+from itertools import chain, combinations, product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -137,6 +137,7 @@ def load_bags(
     if len(recordings) > 1:
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
+    _check_robots(together)
     cuts = [[windows(*one[1:], time, after, bridge) for one in some] for some in together]
     runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
     valid, unknown, dropped = _valid(path, runs, domain, len(given), short)
@@ -190,6 +191,27 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
     except InputError as error:
         raise InputError(f"{one}: {error}") from None
     return Drive(one.name, where, times, values)
+
+
+def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
+    """Refuse two recordings of one drive, which most of the poses of one tell. Raises InputError.
+    Not seen: by the recorder's clock, or where each has poses of its own.
+    """
+    for one, other in chain(*(product(*both) for both in combinations(together, 2))):
+        a, b = one.where, other.where
+        if max(a.times[0], b.times[0]) > min(a.times[-1], b.times[-1]):
+            continue
+        _, i, j = np.intersect1d(a.times, b.times, assume_unique=True, return_indices=True)
+        # robots may rest at one place of their frames for long
+        moved, moving = (
+            np.append(False, (np.diff(x.pose[:, :2], axis=0) != 0).any(axis=1)) for x in (a, b)
+        )
+        alike = (a.pose[i, :2] == b.pose[j, :2]).all(axis=1) & moved[i] & moving[j]
+        if 2 * (same := int(alike.sum())) > min(moved.sum(), moving.sum()):
+            raise InputError(
+                f"{other.name}: expected recordings of different drives; {counted(same, 'pose')} "
+                f"of it are those of {one.name}, as of two recorders of one robot. Leave one out."
+            )
 
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):

@@ -13,7 +13,7 @@ from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
-from parc_jax.learning.bound.claim import ErrorClaim, check_claim, check_network, derived
+from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.bound.fresh import identity_of
@@ -164,7 +164,6 @@ def check_model(model: TrajectoryModel) -> None:
 def check_parts(model: TrajectoryModel) -> None:
     """Refuse a network or a claim with a part from elsewhere. Raises InputError."""
     net, claim = model.net, model.claim
-    check_claim(claim)
     check_network(claim, net)
     layout, n_q = claim.tube.layout, claim.tube.n_q
     if net.n_out != layout.n_offsets + n_q:

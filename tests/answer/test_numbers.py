@@ -12,6 +12,7 @@ from toy_whole import answer
 
 import parc_jax as pj
 from parc_jax.answer.risk import density_of_k
+from parc_jax.learning.bound.claim import derived
 from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.statement import IN_THE_BOX
@@ -43,11 +44,11 @@ def test_the_risk_of_a_draw_is_that_of_bins_with_a_claim():
     claim = answer().model.claim
     eps, law = Fraction(1, 50), replace(claim.law, k_law="uniform")
     about = {"kind": "pac", "eps": eps, "delta": Fraction(1, 1000), "law": law}
-    some = replace(claim, bin_eps=(None, eps, Fraction(1, 90)), **about)
+    some = derived(claim, bin_eps=(None, eps, Fraction(1, 90)), **about)
     scene, model = answer().scene, answer().model
     of_all, of_some = (
         replace(answer(), scene=scene.under(model.replace(claim=c)))
-        for c in (replace(claim, **about), some)
+        for c in (derived(claim, **about), some)
     )
     assert of_some.risk() == of_all.risk() and of_some.risk().bound >= eps
     assert isinstance(some.risk(density=1.0), pj.types.NoStatement)  # of any other law

@@ -70,7 +70,7 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
 
 def test_a_recording_is_a_group_and_is_never_torn_apart(tmp_path):
     for i in range(4):
-        bag(tmp_path, "ros1", f"day {i}")
+        bag(tmp_path, "ros1", f"day {i}", drive(COMMANDS, begin=1_700_000_000.0 + 86_400 * i))
     runs = pj.exchange.load_bags(tmp_path, GRID, **ASKED)
     assert runs.n == 12 and len(set(runs.groups)) == 4
     train, held = runs.split(0.5)
@@ -90,6 +90,22 @@ def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
     apart = pj.exchange.load_bags(tmp_path, GRID, **ASKED, apart=1.0)
     assert len(set(apart.groups)) == 4  # the second and the third overlap
     assert "recordings = one where it goes on within 10 s of another's end" in runs.law.describe()
+
+
+def test_two_recordings_of_one_drive_are_no_two_recordings(tmp_path):
+    """On the robot and beside it: each hears the same poses, and the commands a little later."""
+    for i in range(3):
+        times, poses, speeds, sent = drive(COMMANDS, begin=1_700_000_000.0 + 1000 * i)
+        bag(tmp_path, "ros1", f"robot {i}", (times, poses, speeds, sent))
+    assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 3
+    bag(tmp_path, "ros1", "laptop", (times[9:], poses[9:], speeds[9:], sent + 0.004))
+    with pytest.raises(InputError, match=r"\d+ poses of it are those of robot 2\.bag, as of two"):
+        pj.exchange.load_bags(tmp_path, GRID, **ASKED)
+    # another robot beside it, which rested at the same place of its frame before it drove
+    poses[30:, :2] += 0.01
+    (tmp_path / "laptop.bag").unlink()
+    bag(tmp_path, "ros1", "beside", (times, poses, speeds, sent + 0.004))
+    assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 4
 
 
 def test_a_file_that_ends_in_a_manoeuvre_begins_no_run(tmp_path):

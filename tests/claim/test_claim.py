@@ -221,7 +221,10 @@ def test_every_part_is_bound_to_its_claim(part, tmp_path):
     with pytest.raises(InputError, match="made about"):
         check_claim(other)
     with pytest.raises(InputError, match="made about"):
-        load_claim(other.save(tmp_path / "claim.json"))
+        claim_from_json(other.facts() | {"statement": "", "hash": other.hash}, other.tube)
+    for say in (other.details, lambda: other.risk(share=0.5), lambda: other.save(tmp_path / "c")):
+        with pytest.raises(InputError, match="made about"):
+            say()
 
 
 def test_the_order_of_points_and_every_word_of_rotation_count():

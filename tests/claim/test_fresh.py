@@ -170,6 +170,7 @@ def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
     claim = calibrate(NET, others, profile, eps=0.1, train=mine)
     (said,) = (entry for entry in claim.assumptions if entry.startswith("FRESH"))
     assert claim.n == 50 and said.startswith("FRESH(copies that differ by more than 1e-05 of their")
+    assert "or parts of its recordings by another name or number, would not be recog" in said
     numbers = np.arange(100) // 2
     for file in ("file:other", "file:log"):  # a file of the same name, in another folder
         for told, seen in ((numbers + 500, numbers), (numbers, names), (names, numbers)):

@@ -215,9 +215,9 @@ def test_rows_that_never_come_have_failed_where_somebody_says_so(claim):
         closed.observe(runs.select(slice(15, 40)))
     whole = watch.observe(runs.select(slice(15, 40)))
     assert whole.closed().details() == whole.details() and "not here" not in whole.details()
-    groups = replace(claim, evidence=claim.evidence | {"rows": claim.n})
+    groups = derived(claim, evidence={"rows": claim.n})
     with pytest.raises(InputError, match="expected runs, of which each row is one; 3 rows of rec"):
-        replace(watch, claim=groups, missing={("log", "0a"): 3}).closed()
+        replace(monitor(groups, NET, share=1.0), missing={("log", "0a"): 3}).closed()
 
 
 def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(claim):
@@ -306,7 +306,7 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     told = "none is a calibration or profile or training run of the claim beside 128 of each part"
     assert f"FRESH({told} of these, compared by" in monitor(claim, NET).observe(log).details()
     early = [entry[:5] for entry in claim.evidence["seen"]]  # as of a file without marks
-    bare = monitor(replace(claim, evidence=claim.evidence | {"seen": early}), NET).observe(log)
+    bare = monitor(derived(claim, evidence={"seen": early}), NET).observe(log)
     assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
@@ -417,8 +417,9 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     watch = monitor(claim, NET).observe(runs.select(slice(0, 15))).bet(False)
     assert "TOLD(1 by `bet`, whose runs were not looked at)" in watch.details()
     assert "TOLD" not in monitor(claim, NET).observe(runs).details()
+    of = lambda other: {"claim": other, "of": other.hash}  # noqa: E731
     changed = {
-        "claim": {"claim": replace(claim, hash="0" * 64)},
+        "claim": of(derived(claim, evidence={"another": "claim"})),
         "rate": {"rate": 0.03},
         "alpha": {"alpha": 0.01},
         "seen": {"seen": 17},
@@ -429,7 +430,7 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
         "counted as failed": {"failed": 1},
         "LAW": {"declared": "k as declared: share = 0.5"},
         "TOLD": {"ids": watch.ids | {b"one more"}},
-        "FRESH": {"claim": derived(claim, evidence={"seen": [["training", "", None, None, []]]})},
+        "FRESH": of(derived(claim, evidence={"seen": [["training", "", None, None, []]]})),
         "MISSING": {"missing": {}},
         "ORDER_OF_K": {"unnamed": False},
         "WORKERS_LOST": {"lost": ("uncounted",)},
@@ -438,6 +439,20 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     assert "WORKERS_LOST(7, independent of the run)" in watch.details()
     for name, change in changed.items():
         assert replace(watch, **change).details() != watch.details(), name
+
+
+def test_the_bets_of_a_monitor_are_against_its_own_claim(claim):
+    """Another one, or a half of one, was told as refuted, or as not, by bets against this one."""
+    watch = monitor(claim, NET)
+    other = derived(claim, evidence={"another": "claim"})
+    with pytest.raises(InputError, match="expected the claim against which its bets were made"):
+        replace(watch, claim=other)
+    tenth = replace(claim, eps=claim.eps / 10)
+    for make in (lambda: monitor(tenth, NET), lambda: replace(watch, claim=tenth)):
+        with pytest.raises(InputError, match="that it was made about"):
+            make()
+    with pytest.raises(InputError, match="expected the network its claim was measured on"):
+        replace(watch, net=straight_network(5))
 
 
 def test_new_data_gives_a_new_claim(claim):

@@ -85,13 +85,20 @@ def test_what_differs_is_refused_in_memory_and_in_files_and_changes_the_sentence
     changes = OTHER[entry]
     evidence = claim.evidence | changes.get("evidence", {})
     edited = replace(claim, **(changes | {"evidence": evidence}))
-    assert edited.premises.hash != before.hash
+    told = derived(claim, **changes)
+    assert told.premises.hash != before.hash
     with pytest.raises(InputError, match="made about"):
         check_claim(edited)
+    data = json.loads(claim.save(tmp_path / "claim.json").read_text())
+    data["claim"] |= edited.facts()
+    (tmp_path / "claim.json").write_text(json.dumps(data))
     with pytest.raises(InputError, match="made about"):
-        load_claim(edited.save(tmp_path / "claim.json"))
-    said = derived(claim, **changes).details()
-    assert said != claim.details() and entry in {e.name for e in (*before, *edited.premises)}
+        load_claim(tmp_path / "claim.json")
+    for say in (edited.details, lambda: edited.premises, edited.risk):
+        with pytest.raises(InputError, match="made about"):
+            say()
+    assert told.details() != claim.details()
+    assert entry in {e.name for e in (*before, *told.premises)}
 
 
 def test_every_entry_is_changed_above(claim):

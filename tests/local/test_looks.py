@@ -1,5 +1,6 @@
 """Looks are declared, counted and paid for; their runs meet nobody else's."""
 
+import copy
 from fractions import Fraction
 
 import jax
@@ -43,6 +44,17 @@ def test_streams_of_looks_meet_neither_each_other_nor_any_stage():
     assert len({tuple(np.asarray(k).tolist()) for k in keys}) == len(keys)
     again = fresh_key(key, first, plan)
     assert (again == fresh_key(key, first, plan.copy())).all()  # the same look is the same runs
+
+
+def test_a_copy_of_an_answer_has_the_account_of_the_answer():
+    """Three copies of one answer took three first looks."""
+    looks = Looks()
+    held = [{"looks": looks}]
+    copies = [*(copy.deepcopy(held)[0]["looks"] for _ in range(2)), copy.copy(looks)]
+    copies[0].declare(0.01, 2)
+    assert [one.take().number for one in copies[:2]] == [1, 2] and looks.taken == 2
+    with pytest.raises(InputError, match="all 2 that were declared are spent"):
+        copies[2].take()
 
 
 def test_an_account_is_declared_once_and_goes_on_from_its_file():

@@ -276,6 +276,39 @@ def test_a_claim_is_wrong_as_rarely_as_it_says():
     assert wrong > 0  # the bound is no wider than it has to be
 
 
+class Logged:
+    """Worlds of a list, one after another, so that each worker begins with the first. draw: those
+    of a generator that goes on.
+    """
+
+    def __init__(self, draw=False):
+        self.at, self.draw = -1, np.random.default_rng(0) if draw else None
+
+    def __call__(self, seed):
+        if self.draw is not None:
+            return float(self.draw.uniform())
+        self.at += 1
+        return [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][self.at]
+
+
+def one_world_of_each_process(seed, told=[]):  # noqa: B006
+    told.append(float(np.random.default_rng(seed).uniform()))
+    return told[0]
+
+
+@pytest.mark.parametrize(
+    ("told_of", "words"),
+    [
+        (Logged(), "got another world of the same seed"),
+        (Logged(draw=True), "got another world of the same seed"),
+        (one_world_of_each_process, "got that a call of it changes it"),
+    ],
+)
+def test_worlds_that_are_not_of_their_seeds_alone_are_no_independent_episodes(told_of, words):
+    with pytest.raises(InputError, match=words):
+        pj.drive.drive_episodes(Toy(), told_of, KEY, 6, workers=0, quiet=True)
+
+
 def test_looks_share_delta_and_others_are_refused():
     first, last = (asked(Toy(left=0.5), n, looks=(10, 40)) for n in (10, 40))
     assert first.look[:2] == (1, 2) and last.look[:2] == (2, 2)
@@ -440,17 +473,34 @@ def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
             lambda text: text.replace('"number": 3', '"no": 3'),
             "line 4: expected an episode as it was written",
         ),
+        (lambda text: text + "[1]\n", "line 7: expected an episode as it was written"),
+        (lambda text: text.replace(', "hash"', ', "bash"', 1), "line 1.* number 0 is of another"),
+        (
+            lambda text: text.replace('"touched": true', '"touched": false'),
+            "line 1: expected an episode of this folder, .*; number 0 .* changed. Begin anew",
+        ),
         (lambda text: "\n" + text, "line 1: expected an episode as it was"),
-        (lambda text: text.replace('"number": 3', '"number": [3]'), "expected a whole number >= 0"),
-        (lambda text: text.replace('"touched": false', '"touched": 0', 1), "expected bool; got 0"),
+        (lambda text: text.replace('"number": 3', '"number": 9'), "line 4: .* number 9 is of ano"),
     ],
 )
 def test_lines_that_were_changed_are_refused(tmp_path, spoilt, words):
-    asked(Toy(), 6, folder=tmp_path)
+    drive = Toy(touched=0.0)
+    asked(drive, 6, folder=tmp_path)
     path = tmp_path / LINES
     path.write_text(spoilt(path.read_text()))
     with pytest.raises(InputError, match=words):
-        asked(Toy(), 6, folder=tmp_path)
+        asked(drive, 6, folder=tmp_path)
+
+
+def test_episodes_of_another_folder_are_none_of_this_one(tmp_path):
+    """390 of easy worlds were counted beside ten of the law."""
+    one, other = tmp_path / "one", tmp_path / "other"
+    asked(Toy(touched=0.5), 4, folder=one, looks=(4, 9))
+    asked(Toy(), 9, folder=other)
+    with (one / LINES).open("a") as file:
+        file.writelines(line + "\n" for line in (other / LINES).read_text().splitlines()[4:])
+    with pytest.raises(InputError, match=r"line 5: .* number 4 is of another one, or was changed"):
+        asked(Toy(touched=0.5), 9, folder=one, looks=(4, 9))
 
 
 def test_two_runs_never_write_one_folder(tmp_path):

@@ -31,7 +31,7 @@ def pac(answer):
     level = Fraction(1, 1000)
     dressed = replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
     facts = dressed.facts()
-    return replace(dressed, quantifier=words_of(facts, facts["law"])[0])
+    return derived(dressed, quantifier=words_of(facts, facts["law"])[0])
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):

@@ -115,6 +115,29 @@ def strided(rng, k):
     return 2 * p, q
 
 
+@pytest.mark.parametrize("change", ["other work", "another number", "changed"])
+def test_chunks_from_elsewhere_are_refused(system, tmp_path, change):
+    """Beside the first one they were taken as they were: of a calmer plant, say."""
+
+    def run(system, name):
+        return list(stream_rollouts(system, KEY, 48, chunk=16, path=tmp_path / name, quiet=True))
+
+    assert len(run(system, "one")) == len(run(system, "one")) == 3
+    run(plant(moved(0.001)), "other")
+    path = tmp_path / "one" / "chunk_000001.npz"
+    if change == "changed":
+        with np.load(path) as file:
+            arrays = dict(file)
+        np.savez(path, **arrays | {"p": 0.5 * arrays["p"]})
+    else:
+        name = "other/chunk_000001.npz" if change == "other work" else "one/chunk_000002.npz"
+        path.write_bytes((tmp_path / name).read_bytes())
+    with pytest.raises(InputError, match=r"chunk_000001.npz: expected a chunk of this folder, as"):
+        run(system, "one")
+    path.write_bytes(path.read_bytes()[:99])  # a damaged one is computed again
+    assert len(run(system, "one")) == 3
+
+
 @pytest.mark.slow
 def test_a_plain_function_is_told_by_its_code(tmp_path):
     make = lambda f: python_system(  # noqa: E731

@@ -1,6 +1,5 @@
 """A bin without a claim: nothing in it is ever safe, and everything else goes on."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import jax
@@ -15,6 +14,7 @@ from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.common.status import OfRegion, Status
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
 from parc_jax.learning.network.relu import relu_network
@@ -100,7 +100,7 @@ def test_the_published_search_skips_it_too():
 
 def test_claims_by_bin_speak_of_dense_laws_only_where_every_bin_has_one():
     half = model(without=None).claim
-    every = replace(
+    every = derived(
         half,
         kind="pac",
         eps=Fraction(1, 50),
@@ -108,5 +108,5 @@ def test_claims_by_bin_speak_of_dense_laws_only_where_every_bin_has_one():
         bin_eps=(Fraction(1, 100), Fraction(1, 50)),
     )
     assert every.risk(density=3.0).bound == Fraction(3, 50)
-    some = replace(every, tube=model(without=0).tube, bin_eps=(None, Fraction(1, 50)))
+    some = derived(every, tube=model(without=0).tube, bin_eps=(None, Fraction(1, 50)))
     assert isinstance(some.risk(density=3.0), NoStatement)

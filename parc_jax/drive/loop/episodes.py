@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from parc_jax.answer.looks import DELTA, Look
-from parc_jax.common.errors import InputError, check_kind, reading
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
@@ -22,7 +22,7 @@ from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 from parc_jax.statement import about_episodes
 
-FORMAT = "parc_jax.episodes/3"
+FORMAT = "parc_jax.episodes/4"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
@@ -134,6 +134,7 @@ def drive_episodes(
         )
     look = Look(declared.index(n) + 1, len(declared), delta / len(declared))
     words = key_data(stream(key, Stage.EPISODE))
+    require_of_seeds(law, task_of(words, 0).of_world)
     named = [with_digest(getattr(x, "__name__", type(x).__name__), x) for x in (law, drive)]
     meta = {}
     if folder is not None:
@@ -158,6 +159,23 @@ def drive_episodes(
                         f"failed, the last {one.failed}."
                     )
         return Episodes(tuple(done[i] for i in range(n)), look, *named)
+
+
+def require_of_seeds(law: Callable, seed: np.ndarray) -> None:
+    """Refuse a law that a call changes, or that tells two worlds of one seed. Raises InputError."""
+    try:
+        one = whole_digest(law(seed.copy()))
+        before = whole_digest(law)  # what it keeps of a seed, or loads at its first call, is there
+        two = whole_digest(law(seed.copy()))
+    except (Exception, SystemExit):  # a failed episode, which is told when it is driven
+        return
+    if one != two or whole_digest(law) != before:
+        got = "another world of the same seed" if one != two else "that a call of it changes it"
+        raise InputError(
+            f"episodes: expected a law whose worlds are of their seeds alone; got {got}. Draw from "
+            "logged worlds by the seed, as worlds[default_rng(seed).integers(len(worlds))]; name "
+            "files by the seed, too."
+        )
 
 
 class Ledger:
@@ -191,7 +209,8 @@ class Ledger:
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
         if self.folder is not None:
-            os.write(self._file, (json.dumps(one._asdict()) + "\n").encode())
+            told = one._asdict() | {"hash": whole_digest([self.meta, one._asdict()])}
+            os.write(self._file, (json.dumps(told) + "\n").encode())
             os.fsync(self._file)
         self.done[one.number] = one
 
@@ -205,9 +224,14 @@ class Ledger:
         os.ftruncate(self._file, whole)
         for i, line in enumerate(text[:whole].splitlines()):
             with reading(f"{self.folder / LINES}, line {i + 1}", "an episode as it was written"):
-                one = Driven(**json.loads(line))
-                check_count("number", one.number, 0, "the folder as it was written")
-                check_kind("touched", True if one.failed else one.touched, bool)
+                told = json.loads(line)
+                if told.pop("hash", None) != whole_digest([self.meta, told]):
+                    raise InputError(
+                        f"{self.folder / LINES}, line {i + 1}: expected an episode of this folder, "
+                        f"as it was written; number {told['number']!r:.20} is of another one, or "
+                        "was changed. Begin anew in another folder."
+                    )
+                one = Driven(**told)
             if one.number in self.done:
                 raise InputError(
                     f"{self.folder / LINES}: expected every episode once; {one.number} stands "

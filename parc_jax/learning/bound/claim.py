@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
@@ -101,7 +102,8 @@ class ErrorClaim:
 
     @property
     def premises(self) -> Premises:
-        """Premises of its sentences, with its numbers."""
+        """Premises of its sentences, with its numbers. Raises InputError, as of `check_claim`."""
+        once(self, check_claim)
         return premises_of(self)
 
     def details(self) -> str:
@@ -130,6 +132,7 @@ class ErrorClaim:
             these is tau / share here.
         Of a claim about recordings all of it is about one run, drawn from each. Raises InputError.
         """
+        once(self, check_claim)
         if None not in (share, density) or (bin is not None and share is None):
             raise InputError("risk: expected share, with or without bin, or density; got more.")
         if bin is not None and not (type(bin) is int and 0 <= bin < self.tube.n_bins):
@@ -289,9 +292,10 @@ def check_claim(claim: ErrorClaim) -> None:
 
 
 def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
-    """Refuse another network than the claim's. Raises InputError."""
+    """Refuse another network than the claim's, and as of `check_claim`. Raises InputError."""
     check_kind("claim", claim, ErrorClaim)
     check_kind("net", net, ReLUNetwork)
+    once(claim, check_claim)
     if claim.network != net.hash:
         raise InputError(
             f"claim: expected the network its claim was measured on ({claim.network[:12]}); got "

@@ -320,6 +320,8 @@ def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, 
     said = f"copies that differ by more than {TOLERANCES.near_p:g} of their size"
     if groups is None or not trained["recordings"]:
         said = f"other windows of recordings that training saw, or {said},"
+    else:
+        said += ", or parts of its recordings by another name or number,"
     return (f"FRESH({said} would not be recognised)",)
 
 

@@ -42,7 +42,7 @@ class Monitor:
     first and the last row of each.
     missing: rows of these files, by file, that were not observed, among which those that failed may
     be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
-    the observed runs, in words. logs: whether any are of a log.
+    the observed runs, in words. logs: whether any are of a log. of: hash of the claim.
     """
 
     claim: ErrorClaim
@@ -65,6 +65,15 @@ class Monitor:
     unnamed: bool = False
     laws: frozenset[str] = frozenset()
     logs: bool = False
+    of: str = ""
+
+    def __post_init__(self) -> None:
+        check_network(self.claim, self.net)
+        if self.of != self.claim.hash:
+            raise InputError(
+                f"monitor: expected the claim against which its bets were made ({self.of[:12]}); "
+                f"got another one ({self.claim.hash[:12]}). Watch it anew: monitor(claim, net)."
+            )
 
     @property
     def e_value(self) -> float:
@@ -215,7 +224,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())
     declared = f"k as declared: {told}" if law else ""
-    return Monitor(claim, net, rate, alpha, bets, start, declared=declared)
+    return Monitor(claim, net, rate, alpha, bets, start, declared=declared, of=claim.hash)
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:

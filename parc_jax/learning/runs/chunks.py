@@ -19,6 +19,7 @@ from parc_jax.common.errors import InputError, reading
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
 from parc_jax.learning.system import points_of
+from parc_jax.learning.systems.content import whole_digest
 
 
 def require_same_runs(where, stored: dict, again: dict, system) -> None:
@@ -26,6 +27,16 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
 
     stored, again: arrays of rows, from the disk and simulated anew, compared up to the shorter one.
     """
+    if name := differing(stored, again, system):
+        raise InputError(
+            f"{where}: expected the stored runs to repeat themselves; simulated again, their "
+            f"{name} comes out differently. The simulator has changed, or draws randomness "
+            "that does not come from the key. Delete it or choose another path."
+        )
+
+
+def differing(stored: dict, again: dict, system) -> str:
+    """The first array of runs that are not the same but for rounding; empty where none is."""
     # another machine may round differently
     single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
     within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
@@ -39,11 +50,8 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
             new, old, rtol=within, atol=within, equal_nan=True
         )
         if not np.all(same):
-            raise InputError(
-                f"{where}: expected the stored runs to repeat themselves; simulated again, their "
-                f"{name} comes out differently. The simulator has changed, or draws randomness "
-                "that does not come from the key. Delete it or choose another path."
-            )
+            return name
+    return ""
 
 
 def describe_work(path: Path, meta: dict) -> None:
@@ -69,6 +77,7 @@ def _described(path: Path) -> dict:
 
 
 Arrays = dict[str, np.ndarray]
+HASH = "hash"  # of a chunk, its number and its folder's work
 
 
 class ChunkStore:
@@ -76,7 +85,7 @@ class ChunkStore:
 
     def __init__(self, folder, meta: dict):
         """Open or create. Raises InputError when the folder holds chunks of other work."""
-        self.folder = Path(folder)
+        self.folder, self._meta = Path(folder), meta
         describe_work(self.folder / "meta.json", meta)
 
     @staticmethod
@@ -86,12 +95,20 @@ class ChunkStore:
         return _described(path)["chunk"] if path.exists() else None
 
     def get(self, index: int) -> Arrays | None:
-        """A finished chunk, or None. A damaged file counts as unfinished and is computed again."""
+        """A finished chunk, or None. A damaged file counts as unfinished and is computed again.
+        Raises InputError for another's, and for one that was changed.
+        """
         path = self._path(index)
         try:
-            return read_npz(path) if path.exists() else None
+            arrays = read_npz(path) if path.exists() else None
         except InputError:
             return None
+        if arrays and str(arrays.pop(HASH, "")) != whole_digest([self._meta, index, arrays]):
+            raise InputError(
+                f"{path}: expected a chunk of this folder, as it was written; it is of other work, "
+                "or was changed. Choose another path."
+            )
+        return arrays
 
     def first(self) -> tuple[int, Arrays] | None:
         """The first finished chunk that can be read, with its number."""
@@ -104,7 +121,8 @@ class ChunkStore:
 
     def put(self, index: int, arrays: Arrays) -> None:
         """Store a finished chunk, atomically."""
-        write_npz(self._path(index), arrays)
+        of = {HASH: np.array(whole_digest([self._meta, index, arrays]))}
+        write_npz(self._path(index), arrays | of)
         self._marker(index).unlink(missing_ok=True)
 
     def begin(self, index: int) -> int:

@@ -145,7 +145,7 @@ class _Work:
     def facts(self) -> dict:
         """Numbers of the rows and their storage."""
         return {
-            "first_row": self.first_row,
+            "first_row": int(self.first_row),
             "seed": list(seed_of(self.key)),
             "stage": int(self.stage),
             "dtype": np.dtype(self.dtype).name,
@@ -165,7 +165,7 @@ class _Work:
         with blamed(f"{self.system.name}: expected the system to run"):
             drawn, trajectory = simulate_rows(*about)
         p, q = _kept(trajectory.p, self.dtype), _kept(trajectory.q, np.float64)
-        lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
+        lost = {"lost": np.asarray(trajectory.lost)} if isinstance(trajectory, Retried) else {}
         return {"k": drawn, "p": p, "q": q} | lost
 
 
