@@ -96,7 +96,7 @@ RUNS = (
     ),
     Fault(
         "stored_runs_not_repeated",
-        "differing",
+        "require_same_runs",
         "not np.all(same)",
         "np.shape(same) is None",
         "tests/rollout/test_resume.py::test_stored_runs_are_simulated_again",

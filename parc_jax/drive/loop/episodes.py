@@ -103,7 +103,8 @@ def drive_episodes(
     law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
         array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
-        other stream.
+        other stream. It is called twice for the first one in this process, before any is driven:
+        refused where that tells two worlds, or changes it.
     folder: gets a line for each episode when it ends; a killed run continues there. Episodes of
         another drive, law or key are refused: all attributes are compared, and all data; of what
         cannot be pickled the kind alone.

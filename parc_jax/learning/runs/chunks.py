@@ -27,16 +27,6 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
 
     stored, again: arrays of rows, from the disk and simulated anew, compared up to the shorter one.
     """
-    if name := differing(stored, again, system):
-        raise InputError(
-            f"{where}: expected the stored runs to repeat themselves; simulated again, their "
-            f"{name} comes out differently. The simulator has changed, or draws randomness "
-            "that does not come from the key. Delete it or choose another path."
-        )
-
-
-def differing(stored: dict, again: dict, system) -> str:
-    """The first array of runs that are not the same but for rounding; empty where none is."""
     # another machine may round differently
     single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
     within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
@@ -50,8 +40,11 @@ def differing(stored: dict, again: dict, system) -> str:
             new, old, rtol=within, atol=within, equal_nan=True
         )
         if not np.all(same):
-            return name
-    return ""
+            raise InputError(
+                f"{where}: expected the stored runs to repeat themselves; simulated again, their "
+                f"{name} comes out differently. The simulator has changed, or draws randomness "
+                "that does not come from the key. Delete it or choose another path."
+            )
 
 
 def describe_work(path: Path, meta: dict) -> None:
