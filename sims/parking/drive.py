@@ -20,7 +20,7 @@ from sims.parking.kinematics import compose, offset_from
 from sims.parking.known import Learned
 from sims.parking.prove import STROKES, Moving, goal_of, link, loop_with, shuffle, wrong
 from sims.parking.rehearse import rehearsed
-from sims.parking.way import Way
+from sims.parking.way import Tried, Way
 
 LINKS = 80  # manoeuvres of a case
 # the end of a way is shuffled when it has so many manoeuvres, of which none is longer [m]
@@ -152,8 +152,8 @@ class Drive:
             self.why, self.way = step.reason, None
             self._stop()
 
-    def _rehearsed(self, way: Way, pose: np.ndarray, wheels: float) -> tuple[Way, int]:
-        where = self.case, self.within, way, Moving(pose, wheels)
+    def _rehearsed(self, known: Tried, pose: np.ndarray, wheels: float) -> Tried:
+        where = self.case, self.within, known, Moving(pose, wheels)
         return rehearsed(self._spare, self._around, *where)
 
     def _run(self, k, rolls_on: bool) -> None:
