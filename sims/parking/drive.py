@@ -15,7 +15,7 @@ import parc_jax as pj
 from parc_jax.common.keys import as_key, generator
 from sims.parking import car as c
 from sims.parking.cases import GOAL, Case
-from sims.parking.guide import BUDGET, Guide
+from sims.parking.guide import BUDGET, DRAWS, Guide
 from sims.parking.kinematics import compose, offset_from
 from sims.parking.known import Learned
 from sims.parking.prove import STROKES, Moving, goal_of, link, loop_with, shuffle, wrong
@@ -113,7 +113,8 @@ class Drive:
         self.way, self.i, share = None, 0, next(self._shares, None)
         if share is not None:
             self._guide.space.share = share
-            self.way = self._guide.search(known, self.now.wheels, self._rehearsed)
+            draws = DRAWS[: 1 if self.driven else None]  # a car on its way waits for one
+            self.way = self._guide.search(known, self.now.wheels, self._rehearsed, draws)
             if self.way is None:
                 followed = BUDGET - self._guide.budget
                 self.why = f"no way was found within {followed:,} of {BUDGET:,} poses"

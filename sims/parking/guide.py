@@ -46,7 +46,7 @@ GREEDY = (
     (2.5, 5000, True, 0.0),
 )
 BUDGET = 15_000  # poses followed in all searches of a case
-DRAWS = (1, 2, 3)  # seeds of quicker ways, of which the quickest is driven
+DRAWS = (1, 2, 3)  # seeds of quicker ways where there is time, before the car drives at all
 
 
 class Node(NamedTuple):
@@ -99,17 +99,19 @@ class Guide:
             [ends(one[None], n)[0] for one, n in zip(self._k, counts, strict=True)]
         )
 
-    def search(self, start=None, wheels: float = 0.0, tried=None) -> Way | None:
-        """The quickest of a few ways from a pose (3,), by default the start, to an aim; None where
-        none was found. wheels: [rad] the steering there. tried: of what `mend` of what is known
-        says of a way, start and wheels, what else is known of it.
+    def search(self, start=None, wheels: float = 0.0, tried=None, draws=DRAWS[:1]) -> Way | None:
+        """A quick way from a pose (3,), by default the start, to an aim; None where none was found.
+        wheels: [rad] the steering there. tried: of what `mend` of what is known says of a way,
+        start and wheels, what else is known of it. draws: seeds of quicker ways, of which the
+        quickest is told; of several, those of a car without errors are among them.
         """
         start = self.case.start if start is None else np.asarray(start, float)
         way, ways = self.first(start, wheels), []
         if way is None:
             return None
         maker = Quicker(self.space, self._known, self._rolling, start, wheels)
-        for first, draw in product([way, *self._bolder(way, start, wheels)], DRAWS):
+        firsts = [way, *(self._bolder(way, start, wheels) if len(draws) > 1 else [])]
+        for first, draw in product(firsts, draws):
             quick = maker.quicker(first, draw)
             ways.append(tried(quick, start, wheels) if tried else quick)
         return min(ways, key=costs).way

@@ -123,7 +123,6 @@ class Quicker:
             some = (end < last) | (not rolls_on)
             first, then = begin[some], end[some]
             k, there = joined(poses[first], poses[then], UPTO if rolls_on else 1.0)
-            first, then = np.tile(first, 3), np.tile(then, 3)  # three of each pair
             # at its quickest, for those that end while it rolls the car may roll already
             took = rolls(k, c.SPEED)[0] if rolls_on else seconds(k)
             there &= (np.abs(k[:, 0]) > SHORTEST) & (took < passed[then] - passed[first] + DETOUR)
