@@ -220,6 +220,18 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
+def test_an_episode_that_leaves_out_what_it_drove_has_failed():
+    done = driven(False)
+    for given, of in ((done, ""), (done[:-1], ""), (done[:-2], "2 of 4"), (done[-1:], "1 of 4")):
+        law = {"law": lambda seed: 0, "key": KEY, "n": 1, "workers": 0, "quiet": True}
+        outcome = pj.drive.Outcome(False, False, {}, given)
+        if not of:  # the last one may have begun when the episode ended
+            assert not pj.drive.drive_episodes(lambda *_, it=outcome: it, **law).bad
+            continue
+        with pytest.raises(InputError, match=f"that the robot drove; got {of} that its loop"):
+            pj.drive.drive_episodes(lambda *_, it=outcome: it, **law)
+
+
 def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_that_was_left():
     def drive(world, seed):
         return pj.drive.Outcome(False, "odometry drifted beyond" if world > 0.5 else world > 0.3)
@@ -535,7 +547,7 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
         (Toy(), 3, {"looks": ("a", 3)}, "looks: expected a whole number >= 1"),
         (Toy(), 3, {"folder": __file__}, "expected a folder for episodes; got FileExists"),
         (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
-        ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
+        ("drive", 3, {}, "drive: expected Callable; got 'drive'"),
         (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),
         (lambda world, seed: pj.drive.Outcome(0.5), 1, {}, "touched True or False"),
         (
