@@ -342,8 +342,8 @@ class BatchShield:
         near = passed + np.array([-1.0, 1.0]) * float(SAME) / time.dt  # at a knot in both intervals
         both = jnp.clip(near.astype(int), 0, time.n_steps - 1)
         allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
-        beyond = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed + ROUNDED
-        return beyond.max()
+        off = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way)
+        return (off - jnp.maximum(allowed - ROUNDED, ROUNDED)).max()
 
 
 def _seen(*of: Any) -> list[jax.Array]:

@@ -220,6 +220,18 @@ def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it(begin):
             )
 
 
+@pytest.mark.parametrize("narrow", [0.0, 1e-15, 5e-10])
+def test_a_robot_where_a_tube_without_width_has_it_is_inside(narrow):
+    """As one on a rail, or of an axis along which nothing moves; the checker accepts it."""
+    loop = pj.drive.Loop(line_model(4, narrow, rests=True), 0.05, leave=0.5, given=(1,))
+    goes = [0.0], [], lambda seen: -seen.path[:, -1, 0]
+    first = loop.step([0.0, 0.0], *goes, 0.0).committed
+    step = loop.step([first.k[0] / 2, 0.0], *goes, 0.5)
+    assert step.new and not step.left
+    check_episode(episode_part([first, step.committed]), allowance_of)
+    assert loop.step([first.k[0], 1e-8], *goes, 1.0).left
+
+
 @pytest.mark.soundness
 def test_what_begins_at_the_border_of_a_tube_is_accepted_by_the_checker():
     """A pose half a nanometre beyond it was inside to the loop, and its file was rejected."""

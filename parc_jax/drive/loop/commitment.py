@@ -271,8 +271,8 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
 
     k (n_k,): with the parameters measured at the pose; its start places the other points. None
     where they are not known: of the first point alone, which is where the pose is.
-    The places are a box around the tube, grown by the uncertainty of both poses, less ROUNDED. A
-    heading shows in the other points alone, so it is ignored for a robot of one point.
+    The places are a box around the tube, less ROUNDED but no narrower, grown by the uncertainty of
+    both poses. A heading shows in the other points alone: it is ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
     model, known = asked.model, asked.problem.uncertainty or Uncertainty()
@@ -292,7 +292,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     near = float(SAME) / model.time.dt
     both = [min(int(max(passed + off, 0)), steps - 1) for off in (-near, near)]
     allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
-    allowed = allowed.reshape(-1, n_p) - ROUNDED
+    allowed = np.maximum(allowed.reshape(-1, n_p) - ROUNDED, ROUNDED)
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
