@@ -232,6 +232,21 @@ def test_an_episode_that_leaves_out_what_it_drove_has_failed():
             pj.drive.drive_episodes(lambda *_, it=outcome: it, **law)
 
 
+def test_an_episode_that_begins_with_what_was_under_way_is_told_from_there_on():
+    loop, place = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,)), 0.0
+    done = []
+    for i in range(5):
+        if i == 3:
+            loop.restart(done[-1])
+        ahead = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+        done.append(loop.step([place, 0.0], [0.0], [], ahead, 0.5 * i).committed)
+        place += done[-1].k[0] / 2
+    for given in (done[2:], done):
+        outcome = pj.drive.Outcome(False, False, {}, given)
+        law = {"law": lambda seed: 0, "key": KEY, "n": 1, "workers": 0, "quiet": True}
+        assert not pj.drive.drive_episodes(lambda *_, it=outcome: it, **law).bad
+
+
 def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_that_was_left():
     def drive(world, seed):
         return pj.drive.Outcome(False, "odometry drifted beyond" if world > 0.5 else world > 0.3)

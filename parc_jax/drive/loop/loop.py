@@ -278,8 +278,8 @@ class Loop:
             raise InputError(f"restart: expected what this loop began last; got {first!r}.")
         self._episode.clear()  # what it had under way is so no more
         self.under_way, self._before = first, None
-        self._episode = Begun() if first is None else first.episode
-        self._episode[:] = [] if first is None else [first]
+        self._episode, begun = (first.episode, [first]) if first else (Begun(), [])
+        self._episode[:], self._episode.begins = begun, tuple(one.begin for one in begun)
 
     def go_on(
         self,
