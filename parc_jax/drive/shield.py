@@ -168,7 +168,8 @@ class Shield(gymnasium.Wrapper):
         """
         self._steps, self._left, self.commitments = None, False, []
         self.loop.restart()
-        with blamed("Shield: expected to sense at reset"):
+        what = "to sense at reset"
+        with reading("Shield", what, Exception), blamed(f"Shield: expected {what}"):
             seen = self._sensed(observation)
         with blamed("Shield: expected to decide at reset"):
             step = self._decide(seen, self._rows[0, self._chosen], 0.0)
@@ -310,5 +311,4 @@ class Shield(gymnasium.Wrapper):
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
         with blamed("act: expected the action of a manoeuvre"):
-            action = self._act(k, seconds, self._last)
-        return as_float64("act", action, self.action_space.shape)
+            return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)

@@ -360,6 +360,8 @@ def test_where_no_stop_is_certified_no_episode_begins_anew(model):
 
 def test_what_the_user_s_code_gets_wrong_at_a_reset_is_one_sentence(model):
     for wrong, said in (
+        ({"sense": lambda env, seen: 1 / 0}, r"to sense at reset; it fails in .*ZeroDivision"),
+        ({"sense": lambda env, seen: None}, "expected to sense at reset; got TypeError"),
         ({"metric": lambda one, others: 1 / 0}, r"to decide at reset; it fails in .*ZeroDivision"),
         ({"act": lambda k, seconds, given: 1 / 0}, r"action of a manoeuvre; it fails in .*ZeroDiv"),
         ({"act": lambda k, seconds, given: k[2:] * np.nan}, "act: expected finite numbers"),
