@@ -10,8 +10,9 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.common.errors import InputError, expected
+from parc_jax.common.errors import InputError, expected, reading
 from parc_jax.common.keys import Stage, as_key, key_of, stream
+from parc_jax.common.options import check_count
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model
@@ -70,7 +71,8 @@ class Prepared:
 
         key: its SEARCH stream is used. n: at most 16. Raises as `solve` does.
         """
-        if not 1 <= n <= MOST:
+        check_count("first", n, 1, "1")
+        if n > MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
         require_under_way(self.scene.problem.all_spans)
         require_sound_arithmetic()
@@ -243,9 +245,11 @@ class Planner:
         settings = _settings("solve_batch", Settings.fast() if settings is None else settings)
         if isinstance(problems, Problem):
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
+        check_count("solve_batch: draws", draws, 1, "4096")
         as_key(key)
         require_sound_arithmetic()
-        chosen = {int(i): problem_of(problems, i) for i in whole}
+        with reading("solve_batch whole", "rows of the problems"):
+            chosen = {int(i): problem_of(problems, i) for i in whole}
         model = self.model
         if isinstance(problems, BoxScenes):
             require_given(None, model)

@@ -219,3 +219,51 @@ def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch, answer):
     with pytest.raises(OSError, match="no space"):
         answer.save(path)
     assert path.read_bytes() == before
+
+
+TEXT, NONE, HALF = "3", None, 1.5
+ODD = {
+    "settings: target": [lambda x, o: Settings(target=o), TEXT, NONE, [1]],
+    "settings: work": [lambda x, o: Settings(work=o), TEXT, NONE],
+    "sample": [lambda x, o: x.sample(KEY, o), -1, HALF, True, NONE, np.nan, TEXT],
+    "starts: most": [lambda x, o: x.starts(KEY, K, o), -1, HALF, TEXT],
+    "polytopes": [lambda x, o: x.polytopes(KEY, o), -1, HALF, NONE, np.nan, TEXT],
+    "key": [lambda x, o: x.choose(key=o), 3, "a"],
+    "first": [lambda x, o: asked(x).first(KEY, o), 0, 99, HALF, True, NONE, TEXT],
+    "solve_batch: draws": [lambda x, o: batch(x, draws=o), 0, HALF, True, NONE, np.nan, TEXT],
+    "solve_batch whole": [lambda x, o: batch(x, whole=o), 3, NONE, ["a"], [5], [1.0]],
+    "solve_batch warm": [lambda x, o: batch(x, warm=o), "a", 3],
+    "problem 0 of the batch": [lambda x, o: Planner(x.model).solve_batch(o, KEY), [3], "a"],
+    "model": [lambda x, o: parc_jax.drive.Loop(o, 0.1, leave=0.5), 3, NONE],
+}
+KEY, K = jax.random.PRNGKey(0), np.zeros((1, 2))
+
+
+def asked(x):
+    """The query of an answer, prepared."""
+    return Planner(x.model).prepare(x.scene.nominal.query.problem)
+
+
+def batch(x, **options):
+    return Planner(x.model).solve_batch([x.scene.nominal.query.problem] * 2, KEY, **options)
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_arguments_are_one_sentence(name, answer):
+    call, *odd = ODD[name]
+    for value in odd:
+        with pytest.raises(InputError, match=rf"^{name}: expected") as error:
+            call(answer, value)
+        one_sentence(error)
+
+
+def test_what_is_no_place_for_a_file_is_one_sentence(tmp_path, answer):
+    (tmp_path / "file").touch()
+    for place in (None, 3, tmp_path, "", tmp_path / ("a" * 300), tmp_path / "file" / "a.json"):
+        with pytest.raises(InputError, match="expected a place for a file") as error:
+            answer.save(place)
+        assert len(str(error.value)) < 900
+        with pytest.raises(InputError):
+            parc_jax.load(place)
+    for long in ("a" * 250, "é" * 125):  # a name as long as files may have
+        assert answer.save(tmp_path / long).read_bytes()

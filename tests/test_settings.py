@@ -1,5 +1,10 @@
 """The record of a query's choices: presets, changes, and values without meaning."""
 
+from decimal import Decimal
+from fractions import Fraction
+
+import jax.numpy as jnp
+import numpy as np
 import pytest
 
 import parc_jax as pj
@@ -48,3 +53,14 @@ def test_replace_changes_only_what_it_names():
 def test_values_without_meaning_are_refused_in_a_sentence(changes):
     with pytest.raises(pj.InputError, match=r"^settings: (samples: )?expected .*; got .*\."):
         pj.Settings(**changes)
+
+
+@pytest.mark.parametrize("kind", [float, np.float32, np.asarray, jnp.asarray, Fraction, Decimal])
+def test_a_number_may_be_of_any_kind(kind):
+    asked = {
+        "target": kind(0.25),
+        "confidence": kind(0.5),
+        "work": kind(2.0),
+        "budget_s": kind(9.0),
+    }
+    assert all(getattr(pj.Settings(**asked), name) == value for name, value in asked.items())

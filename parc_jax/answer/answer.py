@@ -17,7 +17,8 @@ from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import generator
+from parc_jax.common.keys import as_key, generator
+from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text
 from parc_jax.common.status import Status
 from parc_jax.learning.bound.claim import recorded
@@ -156,8 +157,7 @@ class Answer:
         """n plans (n, n_p + n_k) drawn uniformly from all that the corridors hold. Consumes `key`.
         Raises InputError, also for a set that recordings tested, whose law is that of `starts`.
         """
-        if n < 0:
-            raise InputError(f"sample: expected a number of plans >= 0; got {n}.")
+        check_count("sample", n, 0, "100 plans")
         if recorded(self.model.claim):
             raise InputError(
                 "sample: expected a set that was tested by uniform draws; this one was tested by "
@@ -170,6 +170,7 @@ class Answer:
         corridors hold for it; none where no plan of 400, whose ends are drawn in the goal, is held.
         Consumes `key`. Raises InputError.
         """
+        check_count("starts: most", most, 0, "1, for each k")
         k = as_plans("starts", self.model, np.zeros((len(k), self.model.n_p)), k)[1]
         return self._plans.starts(generator(key), k, most)
 
@@ -197,7 +198,7 @@ class Answer:
                 "best, choose: expected the answer under the claim's own tube, for a plan that is "
                 "chosen is not drawn; this is a validated set. Choose from the answer that has it."
             )
-        rng = generator(jax.random.PRNGKey(0) if key is None else key)
+        rng = generator(jax.random.PRNGKey(0) if key is None else as_key(key))
         return best_plan(self._plans, objective, rng)
 
     def choose(
@@ -237,6 +238,7 @@ class Answer:
         Their number, and the work, grow fast with the parameters: corridors cross regions of the
         network, polytopes do not. n: plans drawn. Consumes `key`.
         """
+        check_count("polytopes", n, 0, f"{CUT_AROUND} plans")
         cover = self.cover
 
         def accepts(polytopes: list) -> np.ndarray:

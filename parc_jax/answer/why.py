@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.climb import Points, Ranked, climb, ranked
+from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.spelling import listed, rounded_down, rounded_up
 from parc_jax.learning.bound.statement import probability
 from parc_jax.learning.labels import degrees_hint, name_of, named_of, unit_of
@@ -117,10 +117,8 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         lack = sum(np.minimum(side.of(seen), 0.0) for side in sides)
         return np.where(seen.known, seen.least + BESIDES * lack, -np.inf)
 
-    def worth_of(x: Points) -> np.ndarray:
-        return worth(rooms(scene, *_plans(scene, np.asarray(x))))
-
     spreads = SPREADS if listed is None else ()
+    worth_of = lambda x: worth(rooms(scene, *_plans(scene, np.asarray(x))))  # noqa: E731
     best = climb(ranked(x, worth(drawn)).at(slice(KEPT)), children, worth_of, spreads, KEPT)
     nearest = np.asarray(best.x)[:1]
     aims = aims & drawn.known if (aims & drawn.known).any() else drawn.known

@@ -20,7 +20,7 @@ from parc_jax.drive.loop.episode_file import save_episode
 from parc_jax.drive.loop.loop import AT_ONCE, Effort, Loop
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System
-from parc_jax.learning.systems.user_code import said
+from parc_jax.learning.systems.user_code import blamed, said
 from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.safe_set.verdict.outline import require_same
 
@@ -84,6 +84,8 @@ class Shield(gymnasium.Wrapper):
     cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the
     stop under way, with a sentence.
     """
+
+    __passing__ = ("commitments", "_observation", "_last", "_steps", "_left")  # of an episode
 
     def __init__(
         self,
@@ -166,11 +168,11 @@ class Shield(gymnasium.Wrapper):
         """
         self._steps, self._left, self.commitments = None, False, []
         self.loop.restart()
-        try:
+        what = "to sense at reset"
+        with reading("Shield", what, Exception), blamed(f"Shield: expected {what}"):
             seen = self._sensed(observation)
-        except Exception as error:
-            raise InputError(f"Shield: expected to sense at reset; {said(error)}.") from error
-        step = self._decide(seen, self._rows[0, self._chosen], 0.0)
+        with blamed("Shield: expected to decide at reset"):
+            step = self._decide(seen, self._rows[0, self._chosen], 0.0)
         if step.committed is None:
             raise InputError(
                 f"Shield: expected a certified stop where the environment is reset; {step.reason}. "
@@ -244,9 +246,8 @@ class Shield(gymnasium.Wrapper):
 
     def _decide(self, seen: Sensed, proposed: np.ndarray, now: float) -> Step:
         """One step of the loop, the proposal first, the others by their distance from it."""
-        rows = self._rows.copy()
+        rows = self.loop.candidates = self._rows.copy()
         rows[0, self._chosen] = proposed
-        self.loop.candidates = rows
         last, ahead, least = self.loop.under_way, 0.0, 0.0
         if last is not None:  # share of the brake under way that is left
             ahead = max(0.0, 1.0 - (now - float(last.begin)) / float(self.loop.lasts))
@@ -263,17 +264,12 @@ class Shield(gymnasium.Wrapper):
                 far[1:][~(far[1:] * ahead < its[0])] = np.inf
             return far
 
-        return self.loop.step(
-            seen.pose,
-            seen.given,
-            seen.obstacles,
-            prefer,
-            now,
-            spans=seen.spans,
-            drift=seen.drift,
-            least=least,
-            explain=last is None,  # it takes 50 ms, in a step of 3
-        )
+        more = {"spans": seen.spans, "drift": seen.drift, "least": least}
+        try:  # explained at first alone: it takes 50 ms, in a step of 3
+            at = seen.pose, seen.given, seen.obstacles, prefer, now
+            return self.loop.step(*at, explain=last is None, **more)
+        finally:
+            self.loop.candidates = self._rows  # no part of what the shield is made from
 
     def _sensed(self, observation: Any) -> Sensed:
         return Sensed(*self._sense(self.env, observation))
@@ -314,4 +310,5 @@ class Shield(gymnasium.Wrapper):
 
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
-        return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)
+        with blamed("act: expected the action of a manoeuvre"):
+            return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)

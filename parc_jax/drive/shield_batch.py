@@ -11,7 +11,7 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, least, single
 from parc_jax.common.backend import backend
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.drive.loop import candidates as listed
 from parc_jax.drive.loop.commitment import ROUNDED, SAME
 from parc_jax.drive.loop.scenes import Scenes
@@ -157,7 +157,7 @@ class BatchShield:
 
     def start(self, pose: Any, given: Any, corners: Any, active: Any) -> UnderWay:
         """Certify a stop in each environment. Arguments as of `step`."""
-        seen = _seen(pose, given, corners, active)
+        seen = Seen(*_seen(pose, given, corners, active))
         rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
         k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
         given = jnp.where(jnp.isfinite(seen.given), seen.given, 0.0)
@@ -179,7 +179,8 @@ class BatchShield:
                 "under_way: expected what this shield has under way; got that of another model, "
                 "robot, ask or act. Begin anew with `start`."
             )
-        seen, action = _seen(pose, given, corners, active), jnp.asarray(action)
+        *of, action = _seen(pose, given, corners, active, action)
+        seen = Seen(*of)
         last = jax.tree.map(jnp.asarray, under_way)
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
         proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
@@ -341,18 +342,21 @@ class BatchShield:
         near = passed + np.array([-1.0, 1.0]) * float(SAME) / time.dt  # at a knot in both intervals
         both = jnp.clip(near.astype(int), 0, time.n_steps - 1)
         allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
-        beyond = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way) - allowed - ROUNDED
-        return beyond.max()
+        off = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way)
+        return (off - jnp.maximum(allowed - ROUNDED, ROUNDED)).max()
 
 
-def _seen(*of: Any) -> Seen:
+def _seen(*of: Any) -> list[jax.Array]:
     """Raises InputError."""
     if not jax.config.jax_enable_x64:
         raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
-    seen = Seen(*map(jnp.asarray, of))
-    if seen.active.dtype != bool:  # of integers, ~ is not "none there"
-        raise InputError(f"active: expected bool; got {seen.active.dtype}.")
-    return seen
+    with reading("BatchShield", "arrays of numbers"):
+        found = list(map(jnp.asarray, of))
+    if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
+        raise InputError(f"active: expected bool; got {active.dtype}.")
+    if active.ndim != 2 or any(x.ndim < 2 or len(x) != len(active) for x in found):
+        raise InputError(f"BatchShield: expected one batch; got {[x.shape for x in found]}.")
+    return found
 
 
 def _while_open(one: Callable, state: tuple, of: Any) -> tuple:

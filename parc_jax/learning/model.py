@@ -10,7 +10,7 @@ from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError, reading
+from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
@@ -153,6 +153,7 @@ def check_model(model: TrajectoryModel) -> None:
     """Refuse a network or a claim with a part from elsewhere, and a claim about one set in one
     scene, which is valid in its answer alone. Raises InputError.
     """
+    check_kind("model", model, TrajectoryModel)
     if model.claim.kind == VALIDATED:
         raise InputError(
             "model: expected a claim about all of K; this one is about one set of plans in one "
@@ -186,7 +187,7 @@ def check_parts(model: TrajectoryModel) -> None:
 
 def load(path, system: str | None = None) -> TrajectoryModel:
     """Read a model written by `save`. With `system`, refuse one of another. Raises InputError."""
-    if Path(path).suffix == ".json":
+    if str(path).endswith(".json"):
         raise InputError(
             f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
             "or a scene. Try pj.load_answer(path) or pj.exchange.load_problem(path)."

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.options import Options, check_count
 
 LOOKS = 60  # at fresh draws of at most 2^18 plans each
@@ -57,6 +57,9 @@ class Settings(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("target", "confidence", "work", "budget_s"):
+            with reading(f"settings: {name}", "a number"):
+                math.fabs(getattr(self, name))
         if not 0 < self.target < 1 or not 0 < self.confidence < 1:
             raise InputError(
                 "settings: expected target and confidence between 0 and 1; got "

@@ -22,7 +22,7 @@ STRAIGHT, SPOT, CHANGED = 0.45, 0.35, 0.4  # shares of actions drawn; of those t
 class CarGuide(Guide):
     """A policy for some worlds of the Car. Plans are a thrust and a turn to the left."""
 
-    keep = 0.243
+    keep, rest = 0.243, 0.0
     drawn, refined = 160, 96
     fast = 0.75
     knots, knot, held = 15, 0.08, 0.24

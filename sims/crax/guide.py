@@ -15,7 +15,7 @@ AWAY = 0.09  # [m] kept from what costs: creep, tube, and what a shield asks of 
 class CraxGuide(Guide):
     """A policy for some worlds of a level."""
 
-    knots, knot, held = 14, 0.08, 0.16
+    knots, knot, held, rest = 14, 0.08, 0.16, 0.0
     half, bound = 2.85, WALL - THICK - OUTLINE - AWAY
     more = -CELL / 8
 

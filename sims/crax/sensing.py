@@ -20,6 +20,7 @@ from sims.point.manoeuvre import Brake, Point
 T_FINAL, KNOT, RECORD = 1.6, 0.04, 0.02  # [s]
 AHEAD, ASIDE, TURNING = 1.5, 1.1, 3.1  # [m/s], [m/s], [rad/s] most that is measured at a start
 REST = 0.035  # [m] creep after the last knot, at most: `sims.point.learn` measures it
+ROOM = 0.02  # [m] asked of a new manoeuvre: tubes of a robot at rest are that much wider
 OUTLINE = sensing.OUTLINE  # [m] the robots are the same
 CORNERS, PIECES = 16, 6  # of a polygon around a circle; of a wall in a batch
 BRAKE = Brake(POINT, 0.216, 3.0)
@@ -41,7 +42,7 @@ def door() -> dict:
         "sense": sense,
         "ask": sensing.ask,
         "act": BRAKE.action,
-        "room": sensing.ROOM,
+        "room": ROOM,
         "assumed": sensing.creeping(REST),
     }
 

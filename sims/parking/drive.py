@@ -15,12 +15,12 @@ import parc_jax as pj
 from parc_jax.common.keys import as_key, generator
 from sims.parking import car as c
 from sims.parking.cases import GOAL, Case
-from sims.parking.guide import BUDGET, Guide
+from sims.parking.guide import BUDGET, DRAWS, Guide
 from sims.parking.kinematics import compose, offset_from
 from sims.parking.known import Learned
 from sims.parking.prove import STROKES, Moving, goal_of, link, loop_with, shuffle, wrong
 from sims.parking.rehearse import rehearsed
-from sims.parking.way import Way
+from sims.parking.way import Tried, Way
 
 LINKS = 80  # manoeuvres of a case
 # the end of a way is shuffled when it has so many manoeuvres, of which none is longer [m]
@@ -113,7 +113,8 @@ class Drive:
         self.way, self.i, share = None, 0, next(self._shares, None)
         if share is not None:
             self._guide.space.share = share
-            self.way = self._guide.search(known, self.now.wheels, self._rehearsed)
+            draws = DRAWS[: 1 if self.driven else None]  # a car on its way waits for one
+            self.way = self._guide.search(known, self.now.wheels, self._rehearsed, draws)
             if self.way is None:
                 followed = BUDGET - self._guide.budget
                 self.why = f"no way was found within {followed:,} of {BUDGET:,} poses"
@@ -152,8 +153,8 @@ class Drive:
             self.why, self.way = step.reason, None
             self._stop()
 
-    def _rehearsed(self, way: Way, pose: np.ndarray, wheels: float) -> tuple[Way, int]:
-        where = self.case, self.within, way, Moving(pose, wheels)
+    def _rehearsed(self, known: Tried, pose: np.ndarray, wheels: float) -> Tried:
+        where = self.case, self.within, known, Moving(pose, wheels)
         return rehearsed(self._spare, self._around, *where)
 
     def _run(self, k, rolls_on: bool) -> None:

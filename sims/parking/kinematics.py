@@ -127,19 +127,16 @@ def reach_exactly(
 def joined(
     poses: np.ndarray, others: np.ndarray, upto: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Manoeuvres (3 n, 3) from poses (n, 3) to others (n, 3), three of each pair, one behind the
-    other; and (3 n,) whether they lead there after a share of their way.
+    """Manoeuvres (n, 3) from poses (n, 3) to others (n, 3), and (n,) whether they lead there after
+    a share of their way.
     """
     target = offset_from(poses, others)
     far = np.hypot(target[:, 0], target[:, 1]) / upto
     way = np.copysign(np.maximum(far, 0.1), target[:, 0])
     near = (far < LONGEST) & (np.abs(target[:, 2]) < c.BEND)
     bend = target[:, 2] / (upto * way) * c.WHEELBASE / np.tan(c.most_steering(way))
-    guess = [np.stack([way, bend + a, bend - a], axis=1) for a in (-0.6, 0.0, 0.6)]
     most = np.array([LONGEST, MOST, MOST])
-    k = np.clip(np.concatenate(guess), -most, most)
-    near, target = np.tile(near, 3), np.tile(target, (3, 1))
-    there = np.zeros(len(k), bool)
+    k, there = np.clip(np.stack([way, bend, bend], axis=1), -most, most), np.zeros(len(far), bool)
     k[near], there[near] = reach_exactly(target[near], k[near], lambda k: ends(k, 1, upto))
     return k, there
 

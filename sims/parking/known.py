@@ -13,7 +13,7 @@ from sims.parking.predict import tube_of
 from sims.parking.prove import Moving
 from sims.parking.rehearse import aimed, mended
 from sims.parking.space import Space
-from sims.parking.way import Way
+from sims.parking.way import Tried, Way, lasts
 
 ROOMY = 0.9  # share of the goal that the tube of the last manoeuvre may take
 STEERED = 0.75  # share of the steering that it may ask for: what is left corrects where it begins
@@ -37,11 +37,9 @@ class Exact:
         """
         return np.ones(len(k), bool)
 
-    def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> tuple[Way, int]:
-        """A way from a pose (3,) at rest, and steering [rad], as the car can drive it, and how many
-        of its manoeuvres it may not.
-        """
-        return way, 0
+    def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> Tried:
+        """A way from a pose (3,) at rest, and steering [rad], as the car can drive it."""
+        return Tried(way, 0, lasts(way, wheels))
 
 
 class Learned:
@@ -75,7 +73,7 @@ class Learned:
         room, turn = self._within[0] - np.abs(off[:2]).max(), self._within[1] - abs(off[2])
         return (place < ROOMY * room) & (turned < ROOMY * turn) & (steered < STEERED)
 
-    def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> tuple[Way, int]:
+    def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> Tried:
         """As of `Exact`, as the network leads along it."""
         return mended(
             way, Moving(pose, wheels), self._model, lambda *at: aimed(self._model, space, *at)

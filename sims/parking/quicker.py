@@ -22,7 +22,7 @@ from sims.parking.kinematics import (
 )
 from sims.parking.known import Known
 from sims.parking.space import LIKED, Space
-from sims.parking.way import Way, lasts, moments
+from sims.parking.way import Tried, Way, moments
 
 SINGLE = 1.0  # [s] that each further manoeuvre from rest costs beside its time
 ROLLED = 0.3  # [s] likewise, of one that begins while the car rolls
@@ -78,22 +78,18 @@ class Quicker:
         self._space, self._known, self._rolling = space, known, rolling
         self._start, self._wheels = start, wheels
 
-    def costs(self, tried: tuple[Way, int]) -> float:
-        """[s] that a way takes, and more for each manoeuvre that may not be driven."""
-        return lasts(tried[0], self._wheels) + UNSURE * tried[1]
-
-    def mend(self, way: Way) -> tuple[Way, int]:
-        """A way as the car can drive it, and how many of its manoeuvres it may not."""
+    def _mend(self, way: Way) -> Tried:
+        """A way as the car can drive it."""
         return self._known.mend(way, self._start, self._wheels, self._space)
 
-    def quicker(self, way: Way, seed: int) -> Way:
+    def quicker(self, way: Way, seed: int) -> Tried:
         """The quickest found in all rounds, as the car can drive it. seed: of poses near it."""
         draw = np.random.default_rng(seed)
-        best = self.mend(way)
+        best = self._mend(way)
         for spread in SPREADS:
-            found = self._quickest(best[0], stops_near(best[0], spread, draw, self._wheels))
-            best = min(best, self.mend(found), key=self.costs)
-        return best[0]
+            found = self._quickest(best.way, stops_near(best.way, spread, draw, self._wheels))
+            best = min(best, self._mend(found), key=costs)
+        return best
 
     def _quickest(self, way: Way, stops: Stops) -> Way:
         """The quickest way by some of the stops, or the one given where it finds none."""
@@ -127,7 +123,6 @@ class Quicker:
             some = (end < last) | (not rolls_on)
             first, then = begin[some], end[some]
             k, there = joined(poses[first], poses[then], UPTO if rolls_on else 1.0)
-            first, then = np.tile(first, 3), np.tile(then, 3)  # three of each pair
             # at its quickest, for those that end while it rolls the car may roll already
             took = rolls(k, c.SPEED)[0] if rolls_on else seconds(k)
             there &= (np.abs(k[:, 0]) > SHORTEST) & (took < passed[then] - passed[first] + DETOUR)
@@ -184,6 +179,11 @@ class Quicker:
             best = int(np.argmin(costs))
             took[e], speed[e], before[e] = costs[best] + beside[e], ends_at[best], into[best]
         return took, before
+
+
+def costs(tried: Tried) -> float:
+    """[s] that a way takes, and more for each manoeuvre that may not be driven."""
+    return tried.takes + UNSURE * tried.fails
 
 
 def stops_near(way: Way, spread: float, draw, wheels: float) -> Stops:

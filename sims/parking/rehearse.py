@@ -10,35 +10,37 @@ from sims.parking.kinematics import compose, offset_from, reach_exactly, rolls, 
 from sims.parking.predict import asked, predicted, told, tube_at, ways_of
 from sims.parking.prove import NO_LESS, Moving, goal_of, link, starts_for
 from sims.parking.space import Space
-from sims.parking.way import Way
+from sims.parking.way import Tried, Way
 
 # [m, m, rad] beside where it should lead that a manoeuvre of a way may, if more follow
 MISSES = np.array([0.06, 0.06, 0.03])
 
 
-def mended(way: Way, now: Moving, model, tried) -> tuple[Way, int]:
-    """A way as the car can drive it, from where it is, and how many of its manoeuvres it may not.
-    One that would begin while the car rolls, and is not as tried, begins at rest. tried: of a way,
-    a number and where the car is, the manoeuvre (1, 3) and what k has as its start; or None.
+def mended(way: Way, now: Moving, model, tried) -> Tried:
+    """A way as the car can drive it, from where it is. A manoeuvre that would begin while the car
+    rolls, and is not as tried, begins at rest. tried: of a way, a number and where the car is, the
+    manoeuvre (1, 3) and what k has as its start; or None.
     """
-    seen, fails, i = [now], [], 0
+    seen, fails, took, i = [now], [], [], 0
     while i < len(way.k):
         now, rolls_on = seen[i], bool(way.rolls_on[i])
         found = tried(way, i, now)
         if found is None and now.speed:
             way, i = way.stopped(i - 1), i - 1
-            del seen[i + 1 :], fails[i:]
+            del seen[i + 1 :], fails[i:], took[i:]
             continue
         fails.append(found is None)
-        k = way.k[i : i + 1] if found is None else found[0]
+        k, start = found or (way.k[i : i + 1], starts_for(way.k[i : i + 1], now)[-1])
+        given = np.concatenate([[now.wheels, start], asked(k, now.speed)[0]])
+        took.append(float(c.moments(given)[c.ROLLS_ON * c.EVERY if rolls_on else -1]))
         after = way.poses[i + 1]
         if found is not None:
-            after = compose(now.pose, predicted(model, now.wheels, found[1], rolls_on)(k)[0, 0])
+            after = compose(now.pose, predicted(model, now.wheels, start, rolls_on)(k)[0, 0])
         first, last = (float(x[0]) for x in steering(k))
         wheels = first + (last - first) * float(way.upto[i])
         seen.append(Moving(after, wheels, float(rolls(k, now.speed)[1][0]) if rolls_on else 0.0))
         i += 1
-    return way, sum(fails)
+    return Tried(way, sum(fails), sum(took))
 
 
 def aimed(model, space: Space, way: Way, i: int, now: Moving):
@@ -58,12 +60,12 @@ def aimed(model, space: Space, way: Way, i: int, now: Moving):
     return (k, start) if near and clear and enough else None
 
 
-def rehearsed(spare, around, case: Case, within, way: Way, now: Moving) -> tuple[Way, int]:
+def rehearsed(spare, around, case: Case, within, known: Tried, now: Moving) -> Tried:
     """As `mended`, by a spare loop: what is tried is proved from where it would begin. A way along
     which the car rests between all of its manoeuvres is left as it is: another can be found then.
     """
-    if not way.rolls_on.any():
-        return way, 0
+    if not known.way.rolls_on.any():
+        return known
 
     def tried(way: Way, i: int, now: Moving):
         spare.restart()
@@ -71,4 +73,4 @@ def rehearsed(spare, around, case: Case, within, way: Way, now: Moving) -> tuple
         step = link(spare, around, now, way, i, goal, 0.0)
         return (told(step.committed.k[None]), float(step.committed.k[1])) if step.new else None
 
-    return mended(way, now, spare.model, tried)
+    return mended(known.way, now, spare.model, tried)

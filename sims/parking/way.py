@@ -31,6 +31,16 @@ class Way(NamedTuple):
         return Way(k, self.poses, rolls_on)
 
 
+class Tried(NamedTuple):
+    """A way as the car can drive it, how many of its manoeuvres it may not, and [s] that it takes,
+    the wheels turned at rest as long as each manoeuvre asks for.
+    """
+
+    way: Way
+    fails: int
+    takes: float
+
+
 def moments(way: Way, wheels: float) -> np.ndarray:
     """(n + 1,) [s] about, when a way passes its poses, from rest, its wheels [rad] there."""
     turned = steering(way.k)[0] - np.concatenate([[wheels], leaves(way.k, way.rolls_on)[:-1]])

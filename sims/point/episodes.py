@@ -125,10 +125,8 @@ class Options:
     quiet: bool = False
 
 
-def about_shield(told: list[dict], rest: float) -> list[str]:
-    """What the shield did in episodes as `Drive` tells of them, after which a robot creeps at most
-    so far [m].
-    """
+def about_shield(told: list[dict], creep: str) -> list[str]:
+    """What the shield did in episodes as `Drive` tells of them. creep: what is assumed of it."""
     steps, changed, stopped, committed = (
         sum(one[name] for one in told) for name in ("steps", "changed", "stopped", "committed")
     )
@@ -138,8 +136,7 @@ def about_shield(told: list[dict], rest: float) -> list[str]:
         f"{100 * stopped / steps:.1f} % of steps; {committed:,} commitments",
         f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.3g} ms, 95 % "
         f"{np.median(ms[:, 1]):.3g} ms in the middle episode",
-        f"assumed: a robot creeps by at most {100 * rest:g} cm after a manoeuvre, by which every "
-        "obstacle is grown",
+        f"assumed: creep {creep}",
     ]
     if own := [one["shield_ms"] for one in told if "shield_ms" in one]:
         half, most, _ = np.median(own, axis=0)
@@ -191,7 +188,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         f"{rounded_down(min(one['nearest'] for one in told))} m",
     ]
     if not options.bare:
-        said += about_shield(told, module.sensing.REST)
+        said += about_shield(told, module.door()["assumed"]["creep"])
     if options.lidar:
         off = max(one["odometry_off"] for one in told)
         said += [f"assumed: odometry off by at most {lidar.DRIFT:g} m; it was by {off:.5f} m"]

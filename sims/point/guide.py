@@ -47,7 +47,8 @@ class Guide:
     actions (n, 2). seeds: of its draws, for each world.
     """
 
-    keep = 0.265  # [m] from the middles of hazards, and from corners of vases
+    keep = 0.235  # [m] from the middles of hazards, and from corners of vases
+    rest = 0.02  # [m] more where a stop ends
     more = 0.025  # [m] wider is a way of the map: one that a plan has to aim at is no way
     near = 2.0  # [m] from the robot on which a disc is left out
     fast = 1.47  # [m/s] most
@@ -214,10 +215,11 @@ class Guide:
     def _deep(cls, place, velocity, axis, discs, until):
         """(n,) [m] by which a plan, or a stop from it, is too near to anything."""
         shares = np.array([0.0, 0.5, 1.0], np.float32)[:, None, None]
+        more = np.array([0.0, 0.0, cls.rest], np.float32)[:, None, None]
         at = place[:, None] + shares * cls._stop(velocity, axis) * velocity[:, None]
         gap = cls.bound - jnp.abs(at).max(axis=0)  # (shares, n, knots)
         for x, y, keep in discs:
-            gap = jnp.minimum(gap, jnp.sqrt((at[0] - x) ** 2 + (at[1] - y) ** 2) - keep)
+            gap = jnp.minimum(gap, jnp.sqrt((at[0] - x) ** 2 + (at[1] - y) ** 2) - keep - more)
         over = jnp.maximum(-gap, 0.0) * until
         return (over.max(axis=2) + 0.02 * (over > 0).any(axis=2)).sum(axis=0)
 

@@ -199,7 +199,7 @@ class Memory:
 class WaryGuide(Guide):
     """A driver by memory: what may hold a hazard is larger than the hazard."""
 
-    keep, more = 0.29, -CELL / 8
+    keep, rest, more = 0.29, 0.0, -CELL / 8
 
 
 class Remembers(gymnasium.Wrapper):

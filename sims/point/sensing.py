@@ -2,7 +2,8 @@
 
 Where hazards and vases are is known. A hazard is a place that the robot's middle keeps 0.2 m from,
 so the radius is the robot's, and the hazard its middle. A vase is its box, cut back so far that the
-same radius holds the robot's own outline.
+same radius holds the robot's own outline. How far the robot creeps after a manoeuvre has ended is
+assumed, and in the tube of the model that comes along: its last interval is that much wider.
 """
 
 from collections.abc import Callable
@@ -17,12 +18,14 @@ from parc_jax.common.sets.hpolytope import from_box
 from sims.point import manoeuvre
 from sims.point.world import HAZARD, STEP, VASE
 
-REST = 0.035  # [m] creep after the last knot, at most: `sims.point.learn` measures it
-RADIUS = HAZARD + REST  # [m] of the robot as a shield has it
+# [mm] creep after the last knot, at most, by bins of the tube: from speeds backwards to ahead, and
+# from one side to the other, at the start. `sims.point.learn` measures it
+CREEP = [6, 5, 4, 5, 6], [13, 6, 5, 6, 13], [35, 19, 13, 19, 35], [23, 16, 13, 16, 23]
+REST = np.ravel([*CREEP, [17, 14, 9, 14, 17]]) / 1000  # [m]
 OUTLINE = 0.1582  # [m] from its middle to the corner of its arrow
 # A box smaller by this much on every side, grown by HAZARD, holds the box grown by OUTLINE
 CUT = (HAZARD - OUTLINE) / np.sqrt(2) - 1e-4
-ROOM = 0.02  # [m] asked of a new manoeuvre: tubes of a robot at rest are that much wider
+ROOM = 0.01  # [m] asked of a new manoeuvre: tubes of a robot at rest are wider
 FAR = 20.0  # [m] farther away than anything is in a batch
 DOT = 1e-6  # [m] half the edge of the box that is a hazard's middle
 
@@ -31,13 +34,16 @@ def door() -> dict:
     """Arguments of `pj.drive.Shield`."""
     return {
         "system": manoeuvre.system(1),
-        "body": RADIUS,
+        "body": HAZARD,
         "every": STEP,
         "sense": sense,
         "ask": ask,
         "act": manoeuvre.action,
         "room": ROOM,
-        "assumed": creeping(REST),
+        "assumed": {
+            "creep": f"at most {REST.min():g} to {REST.max():g} m once a manoeuvre has ended, by "
+            "its speeds at the start, by which the last interval of the tube is wider"
+        },
     }
 
 

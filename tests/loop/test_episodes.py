@@ -220,6 +220,33 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
+def test_an_episode_that_leaves_out_what_it_drove_has_failed():
+    done = driven(False)
+    for given, of in ((done, ""), (done[:-1], ""), (done[:-2], "2 of 4"), (done[-1:], "1 of 4")):
+        law = {"law": lambda seed: 0, "key": KEY, "n": 1, "workers": 0, "quiet": True}
+        outcome = pj.drive.Outcome(False, False, {}, given)
+        if not of:  # the last one may have begun when the episode ended
+            assert not pj.drive.drive_episodes(lambda *_, it=outcome: it, **law).bad
+            continue
+        with pytest.raises(InputError, match=f"that the robot drove; got {of} that its loop"):
+            pj.drive.drive_episodes(lambda *_, it=outcome: it, **law)
+
+
+def test_an_episode_that_begins_with_what_was_under_way_is_told_from_there_on():
+    loop, place = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,)), 0.0
+    done = []
+    for i in range(5):
+        if i == 3:
+            loop.restart(done[-1])
+        ahead = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+        done.append(loop.step([place, 0.0], [0.0], [], ahead, 0.5 * i).committed)
+        place += done[-1].k[0] / 2
+    for given in (done[2:], done):
+        outcome = pj.drive.Outcome(False, False, {}, given)
+        law = {"law": lambda seed: 0, "key": KEY, "n": 1, "workers": 0, "quiet": True}
+        assert not pj.drive.drive_episodes(lambda *_, it=outcome: it, **law).bad
+
+
 def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_that_was_left():
     def drive(world, seed):
         return pj.drive.Outcome(False, "odometry drifted beyond" if world > 0.5 else world > 0.3)
@@ -535,7 +562,7 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
         (Toy(), 3, {"looks": ("a", 3)}, "looks: expected a whole number >= 1"),
         (Toy(), 3, {"folder": __file__}, "expected a folder for episodes; got FileExists"),
         (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
-        ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
+        ("drive", 3, {}, "drive: expected Callable; got 'drive'"),
         (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),
         (lambda world, seed: pj.drive.Outcome(0.5), 1, {}, "touched True or False"),
         (

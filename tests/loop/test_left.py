@@ -10,8 +10,11 @@ from toy_bodies import points_model
 from toy_models import line_model, told
 
 import parc_jax as pj
+from parc_jax.checker import check_episode
+from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.commitment import leads_to, outside_tube
+from parc_jax.drive.loop.episode_file import episode_part
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.system import TURNS
@@ -90,8 +93,12 @@ def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
         (lambda done, path: (done[:1], path[:1]), r"2 records or more, .* got shape \(1, 2\)"),
         (lambda done, path: (done, path[:2]), "from 0 to 0.25 s; number 1 began at 0.5 s"),
         (lambda done, path: ([], path), r"at least one commitment; got \[\]"),
+        (lambda done, path: (iter(done), path), "at least one commitment; got <list_iterator"),
+        (lambda done, path: ([3], path), "commitments, and places as numbers; got AttributeError"),
+        (lambda done, path: (done, [[0, 0], [1]]), "places as numbers; got ValueError"),
         # what is unknown of the others is never "not left"
         (lambda done, path: (done[1:], path), "from number 0 on; got number 1 first"),
+        (lambda done, path: (done[:2], path), "of which 3 began on this path; got 2"),
         (
             lambda done, path: (done[::2], path),
             "committed to in between.* got number 2 after 0",
@@ -211,3 +218,29 @@ def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it(begin):
             assert (
                 pj.drive.left_tube([done], np.array([[0.0, 0.0]] * 2 + [[0.0, 3 * WIDE]])) == left
             )
+
+
+@pytest.mark.parametrize("narrow", [0.0, 1e-15, 5e-10])
+def test_a_robot_where_a_tube_without_width_has_it_is_inside(narrow):
+    """As one on a rail, or of an axis along which nothing moves; the checker accepts it."""
+    loop = pj.drive.Loop(line_model(4, narrow, rests=True), 0.05, leave=0.5, given=(1,))
+    goes = [0.0], [], lambda seen: -seen.path[:, -1, 0]
+    first = loop.step([0.0, 0.0], *goes, 0.0).committed
+    step = loop.step([first.k[0] / 2, 0.0], *goes, 0.5)
+    assert step.new and not step.left
+    check_episode(episode_part([first, step.committed]), allowance_of)
+    assert loop.step([first.k[0], 1e-8], *goes, 1.0).left
+
+
+@pytest.mark.soundness
+def test_what_begins_at_the_border_of_a_tube_is_accepted_by_the_checker():
+    """A pose half a nanometre beyond it was inside to the loop, and its file was rejected."""
+    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    for beyond, new in ((-2e-9, True), (5e-10, False)):
+        loop.restart()
+        goes = [0.1], [], lambda seen: -seen.path[:, -1, 0]
+        first = loop.step([0.0, 0.0], *goes, 0.0).committed
+        step = loop.step([first.k[0] / 2 + WIDE + beyond, 0.05], *goes, 0.5)
+        assert step.new == new != step.left
+        if new:
+            check_episode(episode_part([first, step.committed]), allowance_of)

@@ -12,6 +12,7 @@ from parc_jax import checker
 from parc_jax.app.cli.check import brief
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import SoundnessError
+from parc_jax.learning.systems.content import whole_digest
 
 need("gymnasium")
 from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
@@ -355,3 +356,31 @@ def test_where_no_stop_is_certified_no_episode_begins_anew(model):
         env.restart(seen)
     with pytest.raises(pj.InputError, match="expected a reset"):
         env.step(AHEAD)
+
+
+def test_what_the_user_s_code_gets_wrong_at_a_reset_is_one_sentence(model):
+    for wrong, said in (
+        ({"sense": lambda env, seen: 1 / 0}, r"to sense at reset; it fails in .*ZeroDivision"),
+        ({"sense": lambda env, seen: None}, "expected to sense at reset; got TypeError"),
+        ({"metric": lambda one, others: 1 / 0}, r"to decide at reset; it fails in .*ZeroDivision"),
+        ({"act": lambda k, seconds, given: 1 / 0}, r"action of a manoeuvre; it fails in .*ZeroDiv"),
+        ({"act": lambda k, seconds, given: k[2:] * np.nan}, "act: expected finite numbers"),
+        ({"act": lambda k, seconds, given: k}, r"act: expected shape \(2,\); got \(4,\)"),
+    ):
+        with pytest.raises(pj.InputError, match=said):
+            shielded(model=model, **wrong).reset()
+
+
+def test_a_shield_is_told_by_what_it_was_made_from_whatever_it_has_driven(model):
+    """Else a folder of episodes of a driver that has one would be refused once it has driven."""
+    env = shielded(model=model)
+    told = []
+    for actions in ([AHEAD / 4], [AHEAD, -AHEAD], []):  # the environment is as after a reset
+        env.reset(seed=0)
+        for action in actions:
+            env.step(action)
+        kept, env.env = env.env, None
+        told.append(whole_digest(env))
+        env.env = kept
+    assert len({*told}) == 1
+    assert whole_digest(shielded(model=model, room=0.1)) != whole_digest(shielded(model=model))

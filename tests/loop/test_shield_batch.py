@@ -226,3 +226,19 @@ def test_what_another_shield_has_under_way_is_refused(batch):
                 jax.eval_shape(step, jax.eval_shape(other.start, *seen), *seen, 0.5 * seen[3])
             with pytest.raises(pj.InputError, match="Begin anew with `start`"):
                 jax.eval_shape(other.step, mine, *seen, 0.5 * seen[3])
+
+
+@pytest.mark.parametrize(
+    ("place", "wrong", "words"),
+    [
+        (0, np.zeros((2, 2)), "expected one batch; got"),
+        (1, np.zeros(3), "expected one batch; got"),
+        (1, "fast", "arrays of numbers; got TypeError"),
+    ],
+)
+def test_arrays_of_other_shapes_are_refused_in_a_sentence(batch, place, wrong, words):
+    made, *_ = batch
+    of = [*arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))]
+    of[place] = wrong
+    with jax.enable_x64(True), pytest.raises(pj.InputError, match=words):
+        made.start(*of)

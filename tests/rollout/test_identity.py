@@ -16,7 +16,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.law import identity_of
-from parc_jax.learning.systems.content import content_of
+from parc_jax.learning.systems.content import content_of, whole_digest
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 SCALE = 1.0
@@ -128,6 +128,13 @@ def test_equal_content_has_equal_digests_and_opaque_parts_their_own():
     assert identity_of(one) == identity_of(two)
     one.me = one  # a cycle ends
     assert content_of(one).digest == content_of(one).digest
+
+
+def test_a_value_that_keeps_its_text_once_it_has_told_it_is_the_same():
+    spaces = pytest.importorskip("gymnasium").spaces
+    box = spaces.Box(-1.0, 1.0, (2,))
+    before = whole_digest(box)
+    assert repr(box) and whole_digest(box) == before
 
 
 @pytest.mark.slow

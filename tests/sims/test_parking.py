@@ -252,8 +252,9 @@ def test_a_way_that_the_car_cannot_roll_along_ends_at_rest_where_it_was_left():
         def tried(*at):
             return rehearse.aimed(model, room, *at)
 
-        seen, fails = rehearse.mended(way, prove.Moving(poses[0]), model, tried)
+        seen, fails, takes = rehearse.mended(way, prove.Moving(poses[0]), model, tried)
         assert not fails or not rolls
+        assert abs(takes - lasts(seen, 0.0)) < 0.2  # [s]
         assert seen.rolls_on.tolist() == [rolls, False]
         there = kinematics.ends(seen.k[:1], 1, seen.upto[0])[0, 0]
         assert np.abs(there - first).max() < 1e-3  # [m], [rad]

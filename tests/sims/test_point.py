@@ -108,6 +108,16 @@ def test_its_brake_is_as_quick_as_said():
     assert full[36, 0] == pytest.approx(0.24, abs=0.02)  # 0.36 s
 
 
+def test_the_last_interval_of_its_tube_holds_what_it_creeps():
+    model, robot = point.model(), point.system(1)
+    assert model.claim.evidence["rest"]["creep"] == sensing.REST.tolist()
+    assert (model.tube.interval[:, -1].min(axis=1) > sensing.REST).all()
+    k = np.random.default_rng(1).uniform(robot.domain.lo, robot.domain.hi, (256, 5))
+    path = robot.rollout_batch(np.zeros((256, 2), np.uint32), k, rest=1.0).p[:, -101:]
+    far = np.linalg.norm(path - path[:, :1], axis=-1).max(axis=1)
+    assert (far < sensing.REST[model.tube.bins_of(k)[:, 0]]).all()
+
+
 def test_a_vase_as_an_obstacle_holds_the_vase():
     """Grown by the radius of hazards it holds the true box grown by the robot's outline."""
     angle = np.linspace(0, 2 * np.pi, 721)

@@ -162,6 +162,15 @@ def test_what_is_no_argument_of_movers_is_refused(wrong, words):
         )
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"step": None}, {"most": "fast"}, {"bridge": "x"}, {"time": 3}, {"tracks": [3]}]
+)
+def test_what_is_no_argument_of_runs_of_movers_is_one_sentence(wrong):
+    asked = {"tracks": walks(1), "time": GRID, "of": ["a"], "step": STEP, "most": 1.5, "every": 0.5}
+    with pytest.raises(pj.InputError, match="mover_runs: expected tracks of times and places"):
+        pj.problem.mover_runs(**asked | wrong)
+
+
 def test_runs_of_movers_need_tracks_and_time_between_windows():
     times = np.arange(0.0, 6.0, 0.1)
     track = times, np.outer(times, [0.5, 0.0])

@@ -65,7 +65,8 @@ def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, i
             outlines = [shadow(goal, pair) for pair in columns]
         except InputError:
             continue
-        same = [points for points, others in regions if all(map(_same, others, outlines))]
+        alike = lambda x, y: x.shape == y.shape and np.allclose(x, y)  # noqa: E731
+        same = [points for points, others in regions if all(map(alike, others, outlines))]
         if same:
             same[0].append(point)
         else:
@@ -86,10 +87,6 @@ def grown(obstacle: HPolytope, part: Part) -> np.ndarray:
     """Outline (v, 2) of an obstacle in the plane grown by a part of the body, turned inside out."""
     turned = part.shape if isinstance(part.shape, Disc) else Polygon(-part.shape.vertices)
     return part_outline(part.replace(shape=turned), vertices(obstacle))
-
-
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    return one.shape == other.shape and np.allclose(one, other)
 
 
 def disc(radius: float) -> np.ndarray:

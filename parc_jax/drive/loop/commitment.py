@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.learning.bound.measure import allowance, kept
@@ -31,14 +31,18 @@ if TYPE_CHECKING:
     import shapely
 
 AT_ONCE = 64  # manoeuvres scored in one compiled call
-ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far outside is inside
+ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far inside is outside
 SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 
 class Begun(list):
-    """What one episode of a loop has under way; of copies nothing is known to be."""
+    """What one episode of a loop has under way, and when [s] each of its manoeuvres began; of
+    copies nothing is known to be.
+    """
+
+    begins: tuple[Fraction, ...] = ()
 
     def __reduce__(self):
         return type(self), ()
@@ -174,7 +178,7 @@ def copies_of(asked: NominalProblem) -> int:
 
 def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
     """Raises InputError unless these follow each other, none left out, in one loop's episode."""
-    if not np.iterable(commitments) or not commitments:
+    if not isinstance(commitments, Sequence) or not commitments:
         raise InputError(f"{where}: expected at least one commitment; got {commitments!r:.60}.")
     for one, other in pairwise(commitments):
         agree(f"{where}: commitments of one loop", one.shared, other.shared)
@@ -195,6 +199,7 @@ def require_shared(name: str, drifted: float) -> None:
         )
 
 
+@reading("left_tube", "commitments, and places as numbers")
 def left_tube(
     commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
 ) -> bool:
@@ -236,6 +241,11 @@ def left_tube(
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
                 f"{exact(one.begin)} s."
             )
+    begins = getattr(commitments[0].episode, "begins", ())
+    begun = sum(round(float(one) / step) < len(path) - 1 for one in begins)
+    if begun > len(commitments):
+        got = f"{begun} began on this path; got {len(commitments)}"
+        raise InputError(f"left_tube: expected all commitments of an episode, of which {got}.")
     k = np.stack([one.k for one in commitments])
     knots, q = trajectories(model.net, model.layout, k)
     # at all records, straight between knots
@@ -261,8 +271,8 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
 
     k (n_k,): with the parameters measured at the pose; its start places the other points. None
     where they are not known: of the first point alone, which is where the pose is.
-    The places are a box around the tube, grown by the uncertainty of both poses and ROUNDED. A
-    heading shows in the other points alone, so it is ignored for a robot of one point.
+    The places are a box around the tube, less ROUNDED but no narrower, grown by the uncertainty of
+    both poses. A heading shows in the other points alone: it is ignored for a robot of one point.
     """
     asked, begun = last.asked.query, last.asked.pose
     model, known = asked.model, asked.problem.uncertainty or Uncertainty()
@@ -282,7 +292,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     near = float(SAME) / model.time.dt
     both = [min(int(max(passed + off, 0)), steps - 1) for off in (-near, near)]
     allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
-    allowed = allowed.reshape(-1, n_p) + ROUNDED
+    allowed = np.maximum(allowed.reshape(-1, n_p) - ROUNDED, ROUNDED)
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
     beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)

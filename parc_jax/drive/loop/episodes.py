@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 
 from parc_jax.answer.looks import DELTA, Look
-from parc_jax.common.errors import InputError, reading
+from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
@@ -122,8 +122,7 @@ def drive_episodes(
     workers = cores() if workers is None else workers
     check_count("workers", workers, 0, "processes")
     for name, given in (("drive", drive), ("law", law)):
-        if not callable(given):
-            raise InputError(f"episodes: expected {name} to be a function; got {given!r:.60}.")
+        check_kind(f"episodes: {name}", given, Callable)
     delta, declared = as_probability("delta", delta), list(looks) if np.iterable(looks) else [looks]
     for one in declared:
         check_count("looks", one, 1, "the numbers of episodes at which the claim is evaluated")

@@ -149,7 +149,7 @@ class Loop:
         if candidates is not None:
             self.candidates = listed_candidates(model, self.given, candidates)
         require_rest(model, self.candidates, self.given)
-        self._episode: list[Commitment] = []
+        self._episode: Any = Begun()
         self._last: Commitment | None = None  # that began
         self.restart()
         # compile everything that a step may need
@@ -247,6 +247,7 @@ class Loop:
                 )
                 self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
+                self._episode.begins += (now,)
                 return Step(one, True)
         more = ""
         if judged < len(order):
@@ -265,7 +266,7 @@ class Loop:
     def another(self) -> "Loop":
         """A loop for another robot of the same kind, at rest; what was compiled serves both."""
         made = copy(self)
-        made._episode, made._last = [], None
+        made._episode, made._last = Begun(), None
         made.restart()
         return made
 
@@ -277,8 +278,8 @@ class Loop:
             raise InputError(f"restart: expected what this loop began last; got {first!r}.")
         self._episode.clear()  # what it had under way is so no more
         self.under_way, self._before = first, None
-        self._episode = Begun() if first is None else first.episode
-        self._episode[:] = [] if first is None else [first]
+        self._episode, begun = (first.episode, [first]) if first else (Begun(), [])
+        self._episode[:], self._episode.begins = begun, tuple(one.begin for one in begun)
 
     def go_on(
         self,

@@ -87,6 +87,12 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
                 f"{touched!r:.40} and {left!r:.40}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
+        given = Counter(id(one.episode) for one in committed)
+        for one in committed:  # the last that began may not have been driven
+            begun = len(getattr(one.episode, "begins", ()))
+            if (n := given[id(one.episode)]) < begun - 1:
+                of = f"of {begun} that its loop committed to"
+                raise InputError(f"Outcome: expected all that the robot drove; got {n} {of}.")
         # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
         seen = any(one.seen_outside for one in committed)
         left = seen or (left if isinstance(left, str | None) else bool(left))

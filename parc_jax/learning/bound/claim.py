@@ -258,20 +258,13 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
         law = logged_on(law, claim.domain)
         how = f"{OF_A_RECORDING}, run in this scene"
     else:
-        law, how = (
-            replace(law, k_law=f"a uniform draw from the set{from_one(evidence)}"),
-            f"{DRAWN}, run afresh in this scene",
-        )
+        at = ", ".join(map(exact, nearest_floats(evidence.get("at") or [])))
+        start = f", all from ({at}) m in the scene's frame" if at else ""
+        law = replace(law, k_law=f"a uniform draw from the set{start}")
+        how = f"{DRAWN}, run afresh in this scene"
     quantifier = f"{how} by {law.describe()}"
     about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
     return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
-
-
-def from_one(evidence: dict) -> str:
-    """The start of all tests in the frame of the scene, in words; empty for any of the set."""
-    if (at := evidence.get("at")) is None:
-        return ""
-    return f", all from ({', '.join(map(exact, nearest_floats(at)))}) m in the scene's frame"
 
 
 def recorded(claim: ErrorClaim) -> bool:

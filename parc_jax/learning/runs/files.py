@@ -33,9 +33,12 @@ def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
     """Write bytes, or call data(file), into a temporary file beside `path`, then rename: a reader
     never sees half a file. A failed write leaves nothing behind.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # of this call alone
+    with reading(path, "a place for a file; name another"):
+        path = Path(path)
+        temporary = path.with_name(f".{path.name[:50]}.{secrets.token_hex(8)}.tmp")  # of this call
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError("a folder of that name is there")
     try:
         with open(temporary, "wb") as handle:
             if callable(data):
@@ -60,11 +63,11 @@ def write_npz(path, arrays: dict, compressed: bool = False) -> Path:
 def read_npz(path) -> dict[str, np.ndarray]:
     """All arrays of an .npz file. Raises InputError when it is missing or damaged."""
     try:
-        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as archive:
+        with open(Path(path), "rb") as handle, np.load(handle, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except (ValueError, *DAMAGED) as error:
+    except (ValueError, TypeError, *DAMAGED) as error:
         told = f"a complete .npz file; it is truncated or damaged ({error}). Write it again."
         if "Object arrays" in str(error):
             told = f"arrays of numbers; one is a list. {RAGGED}"

@@ -186,11 +186,11 @@ class Reader:
         if inner is not None:
             yield self.digest(inner)
             return
-        named = list(self.attributes(x))
-        if self.lasting and _is_value(x):
-            yield repr(x)  # which may leave out of a large one what its copies are made of
+        if told := self.lasting and _is_value(x) and repr(x):  # first: some keep what they told
+            yield told  # which may leave out of a large one what its copies are made of
             yield self.digest(_copied(x))
-        elif not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
+        named = list(self.attributes(x))
+        if not told and not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
             yield self._opaque(x)
             return
         yield self.digest(type(x))

@@ -16,7 +16,7 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
@@ -245,6 +245,7 @@ def nominal_problems(
     """
     nominal = []
     for row, problem in enumerate(problems):
+        check_kind(f"problem {row} of the batch", problem, Problem)
         try:
             nominal.append(Query(problem, model).nominal(cache))
         except InputError as error:

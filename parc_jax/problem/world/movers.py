@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.options import check_count
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
@@ -92,6 +92,7 @@ def _seen(places: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     return heading, np.stack([np.linalg.norm(last, axis=-1) / step, turned], axis=-1)
 
 
+@reading("mover_runs", "tracks of times and places, a name, and numbers")
 def mover_runs(
     tracks: Sequence[tuple[ArrayLike, ArrayLike]],
     time: TimeGrid,

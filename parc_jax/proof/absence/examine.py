@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import HIGHEST, dot, least_over, product
-from parc_jax.common.shapes import ManyParams, Numbers, Params, Paths, Positions
+from parc_jax.common.shapes import ManyParams, Numbers, Params, Positions
 from parc_jax.learning.network.predict import Layout, by_point, layer_from_the_end, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.absence.bounds import ranges_of_rows
@@ -179,7 +179,10 @@ def _examined(
         tried,
         moved,
     )
-    spans = [most_rest - least_rest, most_p0 - least_p0, _spans(tried, most_places - least_places)]
+    sizes = moments(most_places - least_places)
+    sizes = sizes[jnp.arange(len(sizes))[:, None], tried.interval, tried.share]
+    along = dot(jnp.abs(tried.way), _mixed(sizes, tried))  # how far the boxes around places go
+    spans = [most_rest - least_rest, most_p0 - least_p0, along]
     loose = jnp.concatenate(spans, axis=1) - effects[:, :, n_p:].sum(axis=2)
     of_bins = _effects_of_bins(start, tried, boxes)
     of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
@@ -252,9 +255,3 @@ def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes)
     more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
     count = jnp.maximum(boxes.over.straddles.sum(axis=1), 1.0)
     return more[:, :, None] * (boxes.over.straddles / count[:, None])[:, None]
-
-
-def _spans(tried: Tried, size: Paths):
-    """(n, c) how far the boxes around the places, of these sizes, go along the contacts' ways."""
-    at = moments(size)[jnp.arange(len(size))[:, None], tried.interval, tried.share]
-    return dot(jnp.abs(tried.way), _mixed(at, tried))

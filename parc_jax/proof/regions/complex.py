@@ -111,11 +111,6 @@ class Level:
         self.own.append(own)
         return starts
 
-    def drop_rows(self) -> None:
-        """Give up all rows, for good; the number of faces stays."""
-        self.sub = Growable(np.zeros(1, NUMBER))
-        self.own = Growable(np.zeros(1, NUMBER))
-
     def compact(self) -> None:
         """Drop dead pool entries when they are more than half as many as the live ones."""
         live = int(self.size.view.sum())
@@ -226,7 +221,8 @@ class Complex:
         for k in range(1, self.n + 1):
             yield self.rows(k)
             if drop and k > 1:
-                self.levels[k].drop_rows()
+                level = self.levels[k]  # whose number of faces stays
+                level.sub, level.own = (Growable(np.zeros(1, NUMBER)) for _ in range(2))
 
     @property
     def nbytes(self) -> int:
@@ -236,10 +232,6 @@ class Complex:
         for level in self.levels.values():
             held += 8 * level.sub.n + 28 * level.count
         return held
-
-    def set_values(self, z: np.ndarray) -> None:
-        """Store the pre-activations (V, w) of a new layer."""
-        self.z = Growable(z)
 
     def compact(self) -> None:
         """Drop dead entries, where they are more than half as many as the live ones."""

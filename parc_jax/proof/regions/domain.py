@@ -96,16 +96,13 @@ def _box_faces(n: int):
     number = {face: i for same in faces.values() for i, face in enumerate(same)}
     subs, sizes, firsts = {}, {}, {}
     for k in range(1, n + 1):
-        subs[k] = np.concatenate([[number[sub] for sub in _facets(face)] for face in faces[k]])
+        # the facets of a face: a free axis becomes low or high
+        free = [(face, axis) for face in faces[k] for axis, at in enumerate(face) if at == 2]
+        below = [(*face[:axis], at, *face[axis + 1 :]) for face, axis in free for at in (0, 1)]
+        subs[k] = np.array([number[sub] for sub in below])
         sizes[k] = np.full(len(faces[k]), 2 * k)
         lowest = [tuple(0 if at == 2 else at for at in face) for face in faces[k]]
         firsts[k] = np.array([number[corner] for corner in lowest])
     walls = [next((axis, at) for axis, at in enumerate(face) if at != 2) for face in faces[n - 1]]
     label = np.array([axis if at == 1 else n + axis for axis, at in walls])
     return np.array(faces[0], dtype=bool), subs, sizes, firsts, label
-
-
-def _facets(face: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """The facets of a face of the box: a free axis becomes low or high."""
-    free = [axis for axis, at in enumerate(face) if at == 2]
-    return [(*face[:axis], at, *face[axis + 1 :]) for axis in free for at in (0, 1)]

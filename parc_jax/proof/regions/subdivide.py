@@ -10,7 +10,7 @@ from parc_jax.common.sets.box import Box, box
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.assemble import build_table
-from parc_jax.proof.regions.complex import Budget, Sign
+from parc_jax.proof.regions.complex import Budget, Growable, Sign
 from parc_jax.proof.regions.cut import cut
 from parc_jax.proof.regions.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork
@@ -69,7 +69,7 @@ def _cut_layers(
     bound = input_bound(lattice.n)
     h = lattice.x.view
     for layer, b in enumerate(biases):
-        lattice.set_values(h @ weights[layer].T + b)
+        lattice.z = Growable(h @ weights[layer].T + b)
         h_max = np.abs(h).max(axis=0, initial=0.0)
         bound = oracle.begin(weights[: layer + 1], b, bound, h_max, column)
         for j in range(len(b)):

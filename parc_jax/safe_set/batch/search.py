@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import spread
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.shapes import Key
 from parc_jax.common.status import Status
@@ -98,8 +98,6 @@ def search_batch(
     Returns plans (s, samples, n_p + n_k) and clearances (s, samples) [m], NaN where fewer were
     found; plans proposed (s,); seconds of the lowering to arrays. Raises InputError.
     """
-    if samples < 1 or draws < 1:
-        raise InputError(f"solve_batch: expected samples, draws >= 1; got {samples}, {draws}.")
     begin = time.perf_counter()
     classes = _size_classes(problems, model)
     s = sum(len(one.rows) for one in classes)
@@ -185,7 +183,8 @@ def _warm(warm: Any, s: int, dims: int):
     """(s, w, dims) earlier plans, or None."""
     if warm is None:
         return None
-    plans = np.asarray(getattr(warm, "plans", warm), np.float64)
+    with reading("solve_batch warm", "an earlier answer, or plans"):
+        plans = np.asarray(getattr(warm, "plans", warm), np.float64)
     plans = plans[:, None] if plans.ndim == 2 else plans
     if plans.ndim != 3 or plans.shape[::2] != (s, dims) or not 1 <= plans.shape[1] <= PROPOSED:
         raise InputError(

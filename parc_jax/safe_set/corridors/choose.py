@@ -161,15 +161,10 @@ def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowe
     errors = allowed.of_first(n)
     n_points = jax.tree.leaves(errors)[0].shape[2]
     together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)
-    errors = jax.tree.map(_side_by_side, errors)
+    # (T, n * n_points, ...)
+    errors = jax.tree.map(lambda x: jnp.concatenate(x, axis=1), errors)
     points = jnp.concatenate([pair.points + n_points * i for i in range(n)])
     return pair._replace(points=points).gaps(together, errors)[1]
-
-
-def _side_by_side(x: Float[jax.Array, "n t points *_"]):
-    """(T, n * n_points, ...)."""
-    moved = jnp.moveaxis(x, 0, 1)
-    return moved.reshape(moved.shape[0], -1, *moved.shape[3:])
 
 
 # of many seeds
