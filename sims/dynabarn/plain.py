@@ -1,7 +1,9 @@
 """The bar: a plain sampled planner, of the kind that practice has. 143 commands, each held on, or
-for a moment before the robot goes straight on; movers go on straight at the velocity that is seen;
-nothing proved.
+for a moment before the robot goes straight on; movers go straight on at the velocity that is seen,
+or turn, as they now and then do; nothing proved.
 """
+
+from functools import cache
 
 import numpy as np
 
@@ -16,8 +18,12 @@ WAITS = 0.1  # [s] from measuring to the first moment at which a command shows, 
 TURNS = 0.6  # [s] for which it turns, where it then goes straight on
 INSIDE = 0.31  # [m] radius of a disc that holds the robot
 CLEAR, GROWS = 1.0, 0.5  # [m] less clearance than this costs, and [m/s] more of it later
-DEAR, FADES = 17.5, 2.0  # [m] of way that no clearance at all costs now, and [s] until a third
+DEAR, FADES = 14.0, 2.0  # [m] of way that no clearance at all costs now, and [s] until a third
 CONTACT, LATER = 40.0, 3.0  # [m] of way that a contact costs now, and [s] until a third
+BLURRED = 0.15  # [m] by which a gap may be wrong: from there on, more and more, it is a contact
+STRAIGHT = 2.6  # [s] that a mover goes straight on, in the mean
+BY = np.outer([1, -1], [0.05, 0.24, 0.62, 1.64, 2.69]).ravel()  # [rad] then: middles of fifths
+SINCE = np.arange(0.0, 1.0, 0.2)  # [s] when it may turn, each until the next
 FACING = 0.1  # [m] of way that each [rad] costs by which the robot does not face the goal
 
 
@@ -48,20 +54,43 @@ def rolled(pose, speeds, before, asked: np.ndarray) -> np.ndarray:
     return np.stack(places, axis=1).reshape(2, len(asked), -1, 3)
 
 
+@cache
+def futures(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """(f, n) places, as complex numbers STEP apart, of a mover that comes along the real axis with
+    1 m/s: straight on first, then turning; and (f,) how probable each is.
+    """
+    times, took = STEP * np.arange(1, n + 1), SINCE[1] - SINCE[0]
+    since, by = (each.ravel()[:, None] for each in np.meshgrid(SINCE, BY))
+    turns = since + took / 2
+    turned = np.minimum(times, turns) + np.maximum(0.0, times - turns) * np.exp(1j * by)
+    chance = np.exp(-since[:, 0] / STRAIGHT) * (1.0 - np.exp(-took / STRAIGHT)) / len(BY)
+    return np.vstack([times, turned]), np.append(1.0 - chance.sum(), chance)
+
+
 def costs(places: np.ndarray, movers: np.ndarray, velocities: np.ndarray) -> np.ndarray:
     """(...,) [m] of predicted places (..., n, 3) among movers (m, 2) with velocities (m, 2)."""
     times = STEP * np.arange(1, places.shape[-2] + 1)
-    there = movers + times[:, None, None] * velocities
-    away = np.linalg.norm(places[..., None, :2] - there, axis=-1)
-    gap = away.min(axis=-1, initial=np.inf) - RADIUS - INSIDE
-    fades = np.exp(-times / FADES)
+    x, y = np.moveaxis(places[..., None, :, :2], -1, 0).astype(np.float32)
+    most = times[-1] * (SPEED + np.linalg.norm(velocities, axis=1)) + RADIUS + INSIDE + CLEAR
+    meets = np.linalg.norm(movers - places[(0,) * (places.ndim - 2)][0, :2], axis=1) < most
+    movers, velocities = movers[meets], velocities[meets]
+    walked, chance = futures(len(times))
+    fades, later = (np.exp(-times / s).astype(np.float32) for s in (FADES, LATER))
+    close, apart = RADIUS + INSIDE + BLURRED * np.array([-1.0, 1.0])
+    away, clear = np.full(x[..., 0, :].shape, np.inf, np.float32), np.ones(x.shape[:-2])
+    for mover, velocity in zip(movers @ [1, 1j], velocities @ [1, 1j], strict=True):
+        there = (mover + velocity * walked).astype(np.complex64)
+        squared = (x - there.real) ** 2 + (y - there.imag) ** 2
+        away = np.minimum(away, squared[..., 0, :])
+        touches = np.clip((apart**2 - squared) / (apart**2 - close**2), 0.0, 1.0)
+        clear *= 1.0 - (later * touches).max(axis=-1) @ chance
+    gap = np.sqrt(away) - RADIUS - INSIDE
     near = np.maximum(0.0, 1.0 - gap / (CLEAR + GROWS * times)) ** 2
-    contact = np.where(gap <= 0, np.exp(-times / LATER), 0.0)
     last = places[..., -1, :]
     to_goal = np.arctan2(GOAL[1] - last[..., 1], GOAL[0] - last[..., 0]) - last[..., 2]
     beside = np.abs(np.arctan2(np.sin(to_goal), np.cos(to_goal)))
     way = np.linalg.norm(last[..., :2] - GOAL, axis=-1) + FACING * beside
-    return way + DEAR * (fades * near).max(axis=-1) + CONTACT * contact.max(axis=-1)
+    return way + DEAR * (fades * near).max(axis=-1) + CONTACT * (1.0 - clear)
 
 
 def best(pose, speeds, before, asked, movers, velocities, unseen: float) -> np.ndarray:

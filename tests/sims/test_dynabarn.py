@@ -116,6 +116,24 @@ def test_the_plain_planner_crosses_it_too():
     assert len(plain.commands()) == 143
 
 
+def test_the_plain_planner_keeps_clear_of_who_may_turn():
+    """All that a mover may do takes its speed and is as probable as told; where only some of it
+    touches, that costs less than where all does, and nothing where none does.
+    """
+    walked, chance = plain.futures(12)
+    steps = np.abs(np.diff(walked, axis=1))
+    assert np.isclose(chance.sum(), 1.0) and (chance > 0).all()
+    assert np.allclose(walked[0], plain.STEP * np.arange(1, 13))
+    assert (steps <= plain.STEP + 1e-12).all() and np.isclose(np.median(steps), plain.STEP)
+    stays = np.zeros((1, 12, 3))
+    towards, past, away = (
+        float(plain.costs(stays, np.array([place]), np.array([[1.5, 0.0]]))[0])
+        for place in ((-1.5, 0.0), (-1.0, 1.9), (1.5, 4.0))
+    )
+    nobody = float(plain.costs(stays, np.zeros((0, 2)), np.zeros((0, 2)))[0])
+    assert towards > past + 10 > nobody + 10 and away == nobody
+
+
 def stands(*places) -> worlds.World:
     """A world whose movers stand at places."""
     times = np.array([0.0, 100.0])
