@@ -68,7 +68,7 @@ def resting(claim, creep: np.ndarray):
     return weaker(claim, wider, rest={"creep": creep.tolist()})
 
 
-def creep(model, robot, n: int = 4000, seconds: float = 3.0, seed: int = 1) -> np.ndarray:
+def creep(model, robot, n: int = 10_000, seconds: float = 3.0, seed: int = 1) -> np.ndarray:
     """(n_bins,) [m] farthest from its place at the last knot that any of n fresh runs comes."""
     lo, hi = robot.domain.lo, robot.domain.hi
     key = jax.random.PRNGKey(seed)
@@ -88,4 +88,4 @@ if __name__ == "__main__":
     model.save(options.out)
     print(model.claim)
     far = creep(model, ROBOTS[options.robot].system(1))
-    print("4,000 runs creep after their last knot by at most, by bins [mm]:", (1e3 * far).round(1))
+    print("10,000 runs creep after their last knot by at most, by bins [mm]:", (1e3 * far).round(1))
