@@ -3,7 +3,7 @@
 import numpy as np
 
 from sims.dynabarn import plain
-from sims.dynabarn.sight import Sighting, straight_on
+from sims.dynabarn.sight import Sighting
 
 
 class Guidance:
@@ -15,7 +15,7 @@ class Guidance:
     def __init__(self, pose, speeds, movers: list[Sighting], now: float, unseen: float):
         self._pose, self._speeds, self._unseen = pose, speeds, unseen
         self._costs: np.ndarray | None = None
-        self._around = straight_on(movers, now)
+        self._around = movers, now
 
     def prefer(self, seen) -> np.ndarray:
         """Of an Outlook: costs (b,) [m]; of one step all are of the same commands."""

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from sims.dynabarn.robot import RAMP, SPEED, TURNING, robot
-from sims.dynabarn.sight import Known, Seen, straight_on
+from sims.dynabarn.sight import Known, Seen, Sighting, straight_on
 from sims.dynabarn.worlds import GOAL, RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
 from sims.jackal.learn import HELD
@@ -67,19 +67,30 @@ def futures(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.vstack([times, turned]), np.append(1.0 - chance.sum(), chance)
 
 
-def costs(places: np.ndarray, movers: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-    """(...,) [m] of predicted places (..., n, 3) among movers (m, 2) with velocities (m, 2)."""
+def expected(one: Sighting, now: float, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """As of `futures`, of a mover as it is known now: on the way that it is remembered for, else
+    straight on, or turning.
+    """
+    if one.again is not None:
+        times = now + STEP * np.arange(1, n + 1)
+        return np.interp(times, *one.again)[None], np.ones(1)
+    walked, chance = futures(n)
+    return straight_on(one, now) @ [1, 1j] + one.velocity @ [1, 1j] * walked, chance
+
+
+def costs(places: np.ndarray, movers: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """(...,) [m] of predicted places (..., n, 3) among movers, each as of `expected`."""
     times = STEP * np.arange(1, places.shape[-2] + 1)
     x, y = np.moveaxis(places[..., None, :, :2], -1, 0).astype(np.float32)
-    most = times[-1] * (SPEED + np.linalg.norm(velocities, axis=1)) + RADIUS + INSIDE + CLEAR
-    meets = np.linalg.norm(movers - places[(0,) * (places.ndim - 2)][0, :2], axis=1) < most
-    movers, velocities = movers[meets], velocities[meets]
-    walked, chance = futures(len(times))
+    here, most = places[(0,) * (places.ndim - 2)][0, :2] @ [1, 1j], times[-1] * SPEED
+    reach = most + RADIUS + INSIDE + CLEAR
     fades, later = (np.exp(-times / s).astype(np.float32) for s in (FADES, LATER))
     close, apart = RADIUS + INSIDE + BLURRED * np.array([-1.0, 1.0])
     away, clear = np.full(x[..., 0, :].shape, np.inf, np.float32), np.ones(x.shape[:-2])
-    for mover, velocity in zip(movers @ [1, 1j], velocities @ [1, 1j], strict=True):
-        there = (mover + velocity * walked).astype(np.complex64)
+    for walked, chance in movers:
+        if np.abs(walked[0] - here).min() > reach:
+            continue
+        there = walked.astype(np.complex64)
         squared = (x - there.real) ** 2 + (y - there.imag) ** 2
         away = np.minimum(away, squared[..., 0, :])
         touches = np.clip((apart**2 - squared) / (apart**2 - close**2), 0.0, 1.0)
@@ -93,26 +104,35 @@ def costs(places: np.ndarray, movers: np.ndarray, velocities: np.ndarray) -> np.
     return way + DEAR * (fades * near).max(axis=-1) + CONTACT * (1.0 - clear)
 
 
-def best(pose, speeds, before, asked, movers, velocities, unseen: float) -> np.ndarray:
-    """(b,) [m] what each command asked for (b, 2) costs, as it is better followed. unseen: [m] that
-    each [m] costs to where nobody looks, behind the robot.
+def best(pose, speeds, before, asked, movers, now: float, unseen: float) -> np.ndarray:
+    """(b,) [m] what each command asked for (b, 2) costs, as it is better followed, among movers as
+    they were seen. unseen: [m] that each [m] costs to where nobody looks, behind the robot.
     """
+    movers = [expected(one, now, round(AHEAD / STEP)) for one in movers]
     places = rolled(pose, speeds, before, asked)
     ahead = (places[..., :2] - pose[:2]) @ [np.cos(pose[2]), np.sin(pose[2])]
     behind = unseen * np.maximum(0.0, -ahead.min(axis=-1))
-    return (costs(places, movers, velocities) + behind).min(axis=0)
+    return (costs(places, movers) + behind).min(axis=0)
 
 
-def drive(world: World, key, sight: Known | Seen) -> dict:
+def stand(driven: Driven, sight: Known | Seen, seconds: float) -> None:
+    """Stand where nobody walks, and look at those who do."""
+    while driven.time < seconds - 1e-9:
+        sight.look(driven)
+        driven.drive(HELD)
+
+
+def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
-    new command as often as the loop; what came of it.
+    new command as often as the loop; what came of it. watch: [s] for which it stands and looks.
     """
     system, asked, command = robot(), commands(), np.zeros(2)
     driven, touched = Driven(system, START, key), False
+    stand(driven, sight, watch)
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
         first = len(driven.path) - 1
-        around = straight_on(sight.look(driven), driven.time)
-        costing = best(driven.pose, driven.measured, command, asked, *around, sight.unseen)
+        around, now = sight.look(driven), driven.time
+        costing = best(driven.pose, driven.measured, command, asked, around, now, sight.unseen)
         command = asked[np.argmin(costing)]
         driven.begin(*command)
         driven.drive(HELD)

@@ -14,6 +14,7 @@ from scipy.optimize import linear_sum_assignment
 import parc_jax as pj
 from sims.barn.drive import LIDAR
 from sims.dynabarn import movers as walking
+from sims.dynabarn.memory import Memory, Way
 from sims.dynabarn.worlds import RADIUS, World, half_of, numbers, world
 from sims.jackal.driven import Driven
 from sims.jackal.params import TICK
@@ -30,7 +31,8 @@ LOOSE = 0.02  # [m] besides their errors, by which places may jump within a grea
 
 class Sighting(NamedTuple):
     """A mover as known: at [s] it was within off [m] of place (2,), with velocity (2,) [m/s], zeros
-    where none is known. mover: for its learned tube; None for who may go anywhere.
+    where none is known. mover: for its learned tube; None for who may go anywhere. again: as of
+    `Memory`, where it is remembered.
     """
 
     at: float
@@ -38,13 +40,12 @@ class Sighting(NamedTuple):
     velocity: np.ndarray
     off: float
     mover: pj.problem.Mover | None
+    again: tuple[np.ndarray, np.ndarray] | None = None
 
 
-def straight_on(movers: list[Sighting], now: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places and velocities (m, 2) of movers that went straight on since they were seen."""
-    velocities = np.array([one.velocity for one in movers]).reshape(-1, 2)
-    places = [one.place + (now - one.at) * one.velocity for one in movers]
-    return np.array(places).reshape(-1, 2), velocities
+def straight_on(one: Sighting, now: float) -> np.ndarray:
+    """Place (2,) of a mover that went straight on since it was seen."""
+    return one.place + (now - one.at) * one.velocity
 
 
 class Known:
@@ -56,7 +57,9 @@ class Known:
 
     def __init__(self, world: World, rng: np.random.Generator):
         self.model = walking.model(1 - half_of(world.number))
-        self._world, self._rng = world, rng
+        self._world, self._rng, self._looked = world, rng, -np.inf
+        self._memory = Memory()
+        self._ways = [self._memory.begin() for _ in world.tracks]
 
     def look(self, robot: Driven) -> list[Sighting]:
         """Movers near the robot."""
@@ -64,14 +67,24 @@ class Known:
         times = now - step * np.arange(2, -1, -1)
         places = walking.seen(self._world.movers(times), self._rng, walking.SEEN)
         since, first = self._world.since(now), self._world.first_steps(step)
-        found = []
+        found, new = [], times > self._looked + 1e-9
+        self._looked = now
         for i, track in enumerate(np.moveaxis(places, 1, 0)):
+            self._remember(i, times, track, new, now - since[i])
             if np.linalg.norm(track[-1] - robot.pose[:2]) > FAR:
                 continue
             if since[i] < 2 * step:
                 track = track[-1] + np.arange(-2, 1)[:, None] * first[i]
-            found.append(sighting(times, track, walking.SEEN))
+            again = self._memory.again(self._ways[i])
+            found.append(sighting(times, track, walking.SEEN)._replace(again=again))
         return found
+
+    def _remember(self, i: int, times, places, new, appeared: float) -> None:
+        """Of one mover, what it did at the times that are new; who appears begins a way."""
+        walked = times >= appeared
+        if (new & ~walked).any():
+            self._ways[i] = self._memory.begin()
+        self._ways[i].add(times[new & walked], places[new & walked])
 
 
 def sighting(times, places: np.ndarray, off: float) -> Sighting:
@@ -126,12 +139,15 @@ class Track:
 
     times: list[float] = field(default_factory=list)
     fits: list[Fit] = field(default_factory=list)
+    way: Way = field(default_factory=Way)
 
     def add(self, now: float, fit: Fit) -> None:
         """One more; after a gap a new row begins."""
         if self.times and now - self.times[-1] > 1.5 * walking.STEP:
             self.times, self.fits = [], []
         self.times, self.fits = [*self.times, now][-3:], [*self.fits, fit][-3:]
+        if fit.off <= SURE:
+            self.way.add([now], [fit.place])
 
     @property
     def sighting(self) -> Sighting:
@@ -166,6 +182,7 @@ class Seen:
         self._world, self._rng = world, rng
         self._scanner = lidar(**LIDAR) if scanner is None else scanner
         self._scanned, self.tracks = 0, list[Track]()
+        self._memory = Memory()
 
     def look(self, robot: Driven) -> list[Sighting]:
         """Scans since the last look; movers near the robot."""
@@ -174,8 +191,8 @@ class Seen:
             self._scan(path[tick], TICK * tick)
             self._scanned = tick + step
         here = robot.pose[:2]
-        seen = [track.sighting for track in self.tracks]
-        return [one for one in seen if np.linalg.norm(one.place - here) <= FAR]
+        near = [t for t in self.tracks if np.linalg.norm(t.fits[-1].place - here) <= FAR]
+        return [t.sighting._replace(again=self._memory.again(t.way)) for t in near]
 
     def _scan(self, pose: np.ndarray, now: float) -> None:
         stands = shapes(self._world.movers(now), RADIUS)
@@ -183,7 +200,7 @@ class Seen:
         found, tracks = fits(scan), self.tracks
         cost = np.full((len(found), len(tracks)), np.inf)
         for j, track in enumerate(tracks):
-            last, ahead = track.fits[-1].place, straight_on([track.sighting], now)[0][0]
+            last, ahead = track.fits[-1].place, straight_on(track.sighting, now)
             for i, fit in enumerate(found):
                 if np.linalg.norm(fit.place - last) <= track.reach(now) + fit.off + LOOSE:
                     cost[i, j] = np.linalg.norm(fit.place - ahead)
@@ -202,7 +219,8 @@ class Seen:
         ]
         for i, fit in enumerate(found):
             if i not in taken:
-                self.tracks.append(Track([now], [fit]))
+                self.tracks.append(Track(way=self._memory.begin()))
+                self.tracks[-1].add(now, fit)
 
 
 def errors() -> tuple[np.ndarray, np.ndarray]:

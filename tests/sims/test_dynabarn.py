@@ -13,7 +13,7 @@ from parc_jax.drive.loop.episode_file import load_episode
 from parc_jax.problem.world.movers import Moving
 from sims.barn.drive import LIDAR
 from sims.dynabarn import __main__ as shell
-from sims.dynabarn import driver, movers, plain, sight, worlds
+from sims.dynabarn import driver, memory, movers, plain, sight, worlds
 from sims.dynabarn import robot as jackal
 from sims.jackal.driven import Driven
 from sims.jackal.params import TICK
@@ -127,11 +127,40 @@ def test_the_plain_planner_keeps_clear_of_who_may_turn():
     assert (steps <= plain.STEP + 1e-12).all() and np.isclose(np.median(steps), plain.STEP)
     stays = np.zeros((1, 12, 3))
     towards, past, away = (
-        float(plain.costs(stays, np.array([place]), np.array([[1.5, 0.0]]))[0])
-        for place in ((-1.5, 0.0), (-1.0, 1.9), (1.5, 4.0))
+        float(plain.costs(stays, [(x + 1j * y + 1.5 * walked, chance)])[0])
+        for x, y in ((-1.5, 0.0), (-1.0, 1.9), (1.5, 4.0))
     )
-    nobody = float(plain.costs(stays, np.zeros((0, 2)), np.zeros((0, 2)))[0])
+    nobody = float(plain.costs(stays, [])[0])
     assert towards > past + 10 > nobody + 10 and away == nobody
+
+
+def test_who_came_by_before_is_expected_to_go_the_same_way():
+    """A loop of 8 s is remembered from its second round on, as it was walked; who crosses it there
+    in another direction is not taken for it.
+    """
+    corner = worlds.Track(
+        np.array([0.0, 2.0, 4.0, 8.0]), np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 0.0]])
+    )
+    kept, draw = memory.Memory(), np.random.default_rng(0)
+    way = kept.begin()
+    times = np.arange(0.0, 9.5, 0.1)
+    for now in times:
+        place = corner.at(now % corner.length) + draw.uniform(-0.01, 0.01, 2)
+        way.add([now], [place])
+        found = kept.again(way)
+        assert found is None or now >= corner.length
+        if now > corner.length + memory.SINCE + 0.05:
+            later = now + np.arange(0.0, 1.3, 0.1)
+            truly = corner.at(later % corner.length) @ [1, 1j]
+            assert np.abs(np.interp(later, *found) - truly).max() < 0.06
+    across = kept.begin()
+    for now, x in zip(times[-5:] + 5.0, np.linspace(-0.6, 0.6, 5), strict=True):
+        across.add([now], [[1.5 - x, 0.3 - 0.5 * x]])
+    across.add([15.0], [corner.at(1.0)])
+    assert kept.again(across) is None
+    one = sight.Sighting(9.4, corner.at(1.4), np.array([1.5, 0.0]), 0.0, None, found)
+    walked, chance = plain.expected(one, 9.4, 12)
+    assert walked.shape == (1, 12) and chance.tolist() == [1.0]
 
 
 def stands(*places) -> worlds.World:
