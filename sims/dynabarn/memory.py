@@ -13,6 +13,7 @@ BESIDE, CAME = 0.06, 0.12  # [m] from a way walked before, now, and SINCE [s] be
 SINCE = 0.4
 BUILT = 1.0  # [s] for which what was seen last is not looked through
 NEAREST = 4  # pieces of ways that are looked at
+WALKS = 3.0  # [m/s] who is faster was not seen walking: it vanished, and appeared elsewhere
 
 
 @dataclass(eq=False)
@@ -87,6 +88,7 @@ def _pieces(ways: list[Way]) -> Pieces:
     found = []
     for number, way in enumerate(ways):
         times, places = np.array(way.times), np.array(way.places)
-        led = np.diff(places), np.diff(times)
-        found.append((places[:-1], times[:-1], *led, np.full(len(led[0]), number)))
+        led, took = np.diff(places), np.diff(times)
+        of = places[:-1], times[:-1], led, took, np.full(len(led), number)
+        found.append([each[np.abs(led) <= WALKS * took] for each in of])
     return Pieces(*(np.concatenate(of) for of in zip(*found, strict=True)))

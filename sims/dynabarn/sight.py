@@ -65,26 +65,28 @@ class Known:
         """Movers near the robot."""
         now, step = robot.time, walking.STEP
         times = now - step * np.arange(2, -1, -1)
-        places = walking.seen(self._world.movers(times), self._rng, walking.SEEN)
+        seen = walking.seen(self._world.movers(times), self._rng, walking.SEEN)
         since, first = self._world.since(now), self._world.first_steps(step)
         found, new = [], times > self._looked + 1e-9
         self._looked = now
-        for i, track in enumerate(np.moveaxis(places, 1, 0)):
-            self._remember(i, times, track, new, now - since[i])
-            if np.linalg.norm(track[-1] - robot.pose[:2]) > FAR:
+        for i, track in enumerate(np.moveaxis(seen, 1, 0)):
+            self._ways[i].add(times[new], track[new])
+            again = self._memory.again(self._ways[i])
+            places = track[-1:] if again is None else _soon(again, now)
+            if np.linalg.norm(places - robot.pose[:2], axis=1).min() > FAR:
                 continue
             if since[i] < 2 * step:
                 track = track[-1] + np.arange(-2, 1)[:, None] * first[i]
-            again = self._memory.again(self._ways[i])
             found.append(sighting(times, track, walking.SEEN)._replace(again=again))
         return found
 
-    def _remember(self, i: int, times, places, new, appeared: float) -> None:
-        """Of one mover, what it did at the times that are new; who appears begins a way."""
-        walked = times >= appeared
-        if (new & ~walked).any():
-            self._ways[i] = self._memory.begin()
-        self._ways[i].add(times[new & walked], places[new & walked])
+
+def _soon(again: tuple[np.ndarray, np.ndarray], now: float) -> np.ndarray:
+    """Places (n, 2) of who is remembered, now and in the time that is predicted: there it may
+    appear.
+    """
+    places = np.interp(now + np.linspace(0.0, walking.AHEAD, 5), *again)
+    return np.stack([places.real, places.imag], axis=1)
 
 
 def sighting(times, places: np.ndarray, off: float) -> Sighting:
