@@ -24,7 +24,7 @@ class CarGuide(Guide):
 
     keep, rest = 0.243, 0.0
     drawn, refined = 160, 96
-    fast = 0.75
+    fast, lag = 0.75, LAG
     knots, knot, held = 15, 0.08, 0.24
     cut, near, more = CUT, 1.5, 0.0
 

@@ -16,6 +16,7 @@ class CraxGuide(Guide):
     """A policy for some worlds of a level."""
 
     knots, knot, held, rest = 14, 0.08, 0.16, 0.0
+    apart = 0.0  # another goal is there already
     half, bound = 2.85, WALL - THICK - OUTLINE - AWAY
     more = -CELL / 8
 

@@ -23,7 +23,7 @@ BLOCKED = 100.0  # how much dearer is what is too near to anything
 LAG, TURNS = 0.519, 3.0  # [s] of the drag; [rad/s] of a full action
 TOP = 8  # of the best plans, around which others are drawn
 RISK, DEEP = 23.0, 0.05  # [s/m] of plans too near to anything, from [m] of it on; thrice before
-TURN_LATE, NEXT = 0.15, 0.016  # [s] lost by an axis across the way; by leaving the middle, per m/s
+TURN_LATE, MEETS = 0.15, 0.2  # [s] lost by an axis across the way; for which a goal is met now
 
 
 AWAY = 1e3  # [m] where a disc is put that is left out
@@ -51,7 +51,8 @@ class Guide:
     rest = 0.02  # [m] more where a stop ends
     more = 0.025  # [m] wider is a way of the map: one that a plan has to aim at is no way
     near = 2.0  # [m] from the robot on which a disc is left out
-    fast = 1.47  # [m/s] most
+    fast, lag = 1.47, LAG  # [m/s] most; [s] of its speed, along which it glides out
+    apart = 0.1  # [s/m^2] to a next goal from where it glides out, by its distance to the middle
     drawn, refined = 96, 48  # plans drawn at a step; drawn around the best of them
     knots, knot, held = 24, 0.04, 0.16  # [s] from knot to knot of a plan; an action is held for
     cut = CUT  # [m] by which a vase is smaller, as its shield has it
@@ -205,8 +206,10 @@ class Guide:
         rows = jnp.arange(len(plans))
         end, speed, nose = (x[:, rows, last] for x in (place, velocity, axis))
         left = cls._left(end, speed, nose, known)
-        out = (end * speed).sum(axis=0) / jnp.maximum(jnp.hypot(*end), 1e-6)
-        cost = cls.knot * (last + 1) + jnp.where(meets, NEXT * out, left)
+        out = jnp.square(end + cls.lag * speed).sum(axis=0)
+        out -= jnp.square(known.goals[:, :2]).sum(axis=1).max()
+        after = jnp.minimum(cls.apart * out - MEETS, 0.0)  # never worse than waiting
+        cost = cls.knot * (last + 1) + jnp.where(meets, after, left)
         until = jnp.arange(cls.knots) <= last[:, None] + 2
         deep = cls._deep(place, velocity, axis, known.discs, until)
         return cost + jnp.where(deep > DEEP, RISK, RISK / 8) * deep
@@ -254,15 +257,17 @@ class Guide:
 
     @classmethod
     def _ways_round(cls, discs: np.ndarray) -> Any:
-        """[m] ways between neighbouring cells, far longer where too near to anything."""
+        """[m] ways from cells to their neighbours, far longer from one too near to anything; not
+        those to it, lest places between it and free ones seem far.
+        """
         index, places, pairs, lengths = cells(cls.half)
         away = cls.bound - np.abs(places).max(axis=1)
         for x, y, keep in discs:
             away = np.minimum(away, np.hypot(places[:, 0] - x, places[:, 1] - y) - keep)
-        away = away[pairs].min(axis=1)
-        weight = lengths * np.select([away < cls.more, away < WIDE], [BLOCKED, NARROW], 1.0)
-        one = coo_array((weight, pairs.T), (index.size, index.size)).tocsr()
-        return one + one.T
+        dear = np.select([away < cls.more, away < WIDE], [BLOCKED, NARROW], 1.0)
+        weight = dear[pairs] * lengths[:, None]
+        at = np.concatenate([pairs, pairs[:, ::-1]]).T
+        return coo_array((weight.T.ravel(), at), (index.size, index.size)).tocsr()
 
     @classmethod
     def _field(cls, goals: np.ndarray, ways: Any) -> np.ndarray:
