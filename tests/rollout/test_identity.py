@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 import types
+import typing
 
 import jax
 import jax.numpy as jnp
@@ -93,6 +94,45 @@ def test_a_system_that_changes_while_it_runs_is_refused():
     plant.inner.bias = np.ones(2)
     with pytest.raises(InputError, match="gusty: expected a system that stays as it is"):
         list(stream)
+
+
+EDITED = {  # in two versions, whose runs differ where k_0 is large alone
+    "a method of a tuple": (
+        "class Gain(typing.NamedTuple):\n    g: float = 1.0\n    def of(self, k): return {0}",
+        "Gain().of(k)",
+    ),
+    "a method of a number": (
+        "class Gain(float):\n    def of(self, k): return {0}\nG = Gain(1.0)",
+        "G.of(k)",
+    ),
+    "an attribute of a list": (
+        "class Gain(list):\n    def a(self): pass\nG = Gain()\nG.of = lambda k: {0}",
+        "G.of(k)",
+    ),
+}
+
+
+def edited(kind, far):
+    source, goes = EDITED[kind]
+    plant = {"typing": typing, "np": np, "__name__": "plant"}
+    exec(f"{source.format(far)}\ndef goes(k):\n    return {goes}", plant)
+    goes = plant["goes"]
+
+    def simulate(rng, k):
+        return np.linspace(0, 1, 5)[:, None] * goes(k)[None], np.zeros(0)
+
+    box, time = pj.box([0, 0], [1, 1]), pj.learning.time_grid(0.5, 1.0, 0.25)
+    return pj.python_system(simulate, box, time, name="cart", n_p=2, workers=0)
+
+
+@pytest.mark.parametrize("kind", EDITED)
+def test_stored_runs_of_an_edited_program_are_refused(kind, tmp_path):
+    store = {"path": tmp_path / "runs.npz", "quiet": True}
+    for _ in range(2):
+        pj.learning.collect(edited(kind, "1.0 * k"), KEY, 4, **store)
+    other = edited(kind, "1.0 * k if k[0] < 2 else 2.0 * k")
+    with pytest.raises(InputError, match="expected the same attribute simulate"):
+        pj.learning.collect(other, KEY, 4, **store)
 
 
 class Plain:

@@ -24,6 +24,7 @@ from parc_jax.learning.systems.user_code import is_own
 OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
@@ -78,7 +79,7 @@ class Reader:
 
     def digest(self, x) -> str:
         """Equal content, equal digest."""
-        if isinstance(x, _PLAIN):
+        if isinstance(x, _PLAIN) and not is_own(_file_of(type(x))):
             return f"{type(x).__name__} {x!r}"
         return self._once(id(x), x, lambda: self._parts(x))
 
@@ -124,6 +125,8 @@ class Reader:
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
+        if isinstance(x, _BASES) and is_own(_file_of(type(x))):  # has methods beside its items
+            yield from (self.digest(part) for part in (type(x), *self.attributes(x)))
         jax = sys.modules.get("jax")  # an object of JAX was made by it
         if jax is not None and isinstance(x, jax.core.Tracer):
             yield self._opaque(x)
@@ -142,6 +145,8 @@ class Reader:
             yield from sorted(self.digest(item) for item in x)
         elif isinstance(x, list | tuple):
             yield from (self.digest(item) for item in list(x))
+        elif isinstance(x, _PLAIN):
+            yield next(base for base in _PLAIN if isinstance(x, base)).__repr__(x)
         else:
             yield from self._code(x)
 
