@@ -96,26 +96,54 @@ def test_a_system_that_changes_while_it_runs_is_refused():
         list(stream)
 
 
-EDITED = {  # in two versions, whose runs differ where k_0 is large alone
-    "a method of a tuple": (
-        "class Gain(typing.NamedTuple):\n    g: float = 1.0\n    def of(self, k): return {0}",
-        "Gain().of(k)",
-    ),
-    "a method of a number": (
-        "class Gain(float):\n    def of(self, k): return {0}\nG = Gain(1.0)",
-        "G.of(k)",
-    ),
-    "an attribute of a list": (
-        "class Gain(list):\n    def a(self): pass\nG = Gain()\nG.of = lambda k: {0}",
-        "G.of(k)",
-    ),
+# Programs, and what is edited in them: runs differ where k_0 is large alone, or not at all.
+FAR = ("1.0 * k", "1.0 * k if k[0] < 2 else 2.0 * k")
+CAUGHT = ("        y = k / k[0]\n        return y\n    except ValueError:\n        return x\n",)
+CAUGHT += (
+    "    except ValueError:\n        return x\n    else:\n        y = k / k[0]\n        return y\n",
+)
+EDITED = {
+    "a method of a tuple": """
+class Gain(typing.NamedTuple):
+    g: float = 1.0
+    def of(self, k): return 1.0 * k
+def goes(k): return Gain().of(k)
+""",
+    "a method of a number": """
+class Gain(float):
+    def of(self, k): return 1.0 * k
+G = Gain(1.0)
+def goes(k): return G.of(k)
+""",
+    "an attribute of a list": """
+class Gain(list):
+    def no_more(self): pass
+G = Gain()
+G.of = lambda k: 1.0 * k
+def goes(k): return G.of(k)
+""",
+    "an operator": """
+class Gain:
+    def __matmul__(self, k): return 1.0 * k
+G = Gain()
+def goes(k): return G @ k
+""",
+    "what is made at the start": """
+class Gain:
+    def __init__(self, k): self.to = 1.0 * k
+def goes(k): return Gain(k).to
+""",
+    "what is caught": f"""
+def goes(k):
+    try:
+        x = 1.0 + k
+{CAUGHT[0]}""",
 }
 
 
-def edited(kind, far):
-    source, goes = EDITED[kind]
-    plant = {"typing": typing, "np": np, "__name__": "plant"}
-    exec(f"{source.format(far)}\ndef goes(k):\n    return {goes}", plant)
+def of_program(source):
+    plant = {"typing": typing, "__name__": "plant"}
+    exec(source, plant)
     goes = plant["goes"]
 
     def simulate(rng, k):
@@ -129,10 +157,10 @@ def edited(kind, far):
 def test_stored_runs_of_an_edited_program_are_refused(kind, tmp_path):
     store = {"path": tmp_path / "runs.npz", "quiet": True}
     for _ in range(2):
-        pj.learning.collect(edited(kind, "1.0 * k"), KEY, 4, **store)
-    other = edited(kind, "1.0 * k if k[0] < 2 else 2.0 * k")
+        pj.learning.collect(of_program(EDITED[kind]), KEY, 4, **store)
+    other = EDITED[kind].replace(*FAR).replace(*CAUGHT)
     with pytest.raises(InputError, match="expected the same attribute simulate"):
-        pj.learning.collect(other, KEY, 4, **store)
+        pj.learning.collect(of_program(other), KEY, 4, **store)
 
 
 class Plain:

@@ -28,6 +28,15 @@ _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of value
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
+# attributes of a class that Python writes, and those read elsewhere; all others are the user's
+_WRITTEN = (
+    *("__module__", "__doc__", "__dict__", "__weakref__", "__slots__", "__match_args__"),
+    *("__annotations__", "__annotate__", "__annotate_func__", "__annotations_cache__"),
+    *("__firstlineno__", "__static_attributes__", "__classdictcell__", "__orig_bases__"),
+    *("__dataclass_fields__", "__dataclass_params__", "__passing__", "__repr__"),
+    *("__parameters__", "__type_params__", "__abstractmethods__", "__slotnames__"),
+)
+_OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
 
 class Content(NamedTuple):
@@ -166,6 +175,8 @@ class Reader:
             yield from self._function(x)
         elif isinstance(x, types.CodeType):
             yield x.co_code
+            if x.co_exceptiontable:
+                yield x.co_exceptiontable
             yield x.co_names + x.co_varnames + x.co_freevars
             yield from (self.digest(constant) for constant in x.co_consts)
         elif isinstance(x, types.MethodType):
@@ -208,8 +219,10 @@ class Reader:
         for base in cls.__mro__:
             if not is_own(_file_of(base)):
                 continue
-            for name, value in list(vars(base).items()):
-                if name.startswith("__") and name != "__call__":
+            for name, value in sorted(
+                vars(base).items()
+            ):  # a class sent by value has its own order
+                if name in _WRITTEN or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
                 if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
                     continue  # slots: read from the instance
