@@ -36,6 +36,7 @@ _WRITTEN = (
     *("__dataclass_fields__", "__dataclass_params__", "__passing__", "__repr__"),
     *("__parameters__", "__type_params__", "__abstractmethods__", "__slotnames__"),
 )
+_MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
 
@@ -92,6 +93,11 @@ class Reader:
             return f"{type(x).__name__} {x!r}"
         return self._once(id(x), x, lambda: self._parts(x))
 
+    def digest_of_type(self, x) -> str:
+        """Of the type of an instance, but for what made this: that is read from it."""
+        cls = type(x)
+        return self._once((id(cls), "of one"), cls, lambda: self._class(cls, besides=_MAKING))
+
     def attributes(self, x) -> Iterator[tuple[str, object]]:
         """Attributes of an instance that decide its numbers."""
         names = dict.fromkeys(f.name for f in fields(x)) if is_dataclass(x) else {}
@@ -135,7 +141,8 @@ class Reader:
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
         if isinstance(x, _BASES) and is_own(_file_of(type(x))):  # has methods beside its items
-            yield from (self.digest(part) for part in (type(x), *self.attributes(x)))
+            yield self.digest_of_type(x)
+            yield from (self.digest(part) for part in self.attributes(x))
         jax = sys.modules.get("jax")  # an object of JAX was made by it
         if jax is not None and isinstance(x, jax.core.Tracer):
             yield self._opaque(x)
@@ -209,20 +216,19 @@ class Reader:
         if not told and not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
             yield self._opaque(x)
             return
-        yield self.digest(type(x))
+        yield self.digest_of_type(x)
         for name, value in named:
             yield name
             yield self.digest(value)
 
-    def _class(self, cls: type) -> Iterator:
+    def _class(self, cls: type, besides: tuple[str, ...] = ()) -> Iterator:
         yield _name_of(cls)
         for base in cls.__mro__:
             if not is_own(_file_of(base)):
                 continue
-            for name, value in sorted(
-                vars(base).items()
-            ):  # a class sent by value has its own order
-                if name in _WRITTEN or (name in _OF_TUPLES and "_fields" in vars(base)):
+            # by name: a class that was sent by value has them in another order
+            for name, value in sorted(vars(base).items()):
+                if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
                 if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
                     continue  # slots: read from the instance
