@@ -97,7 +97,7 @@ def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
         known, one_log = part.get("runs", []), part.get("log") == _log(runs)
         met = int(np.isin(known, ids).sum())
         if one_log and not met:
-            gone -= len(known)
+            gone -= part.get("own", len(known))
         elif met and not one_log:  # of its own log the others are missing above
             gone += len(known) - met
     return gone
@@ -269,7 +269,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     """
     # training may be of another robot, as of a simulator: the claim is about these runs alone
     where = f"holdout: runs of {scores.law.generator} and those of training"
-    scores.subject.agree(where, train.subject, ("K", *STATED))
+    free = STATED if scores.seed is not None else train.subject.unstated
+    scores.subject.agree(where, train.subject, ("K", *free))
     seen = np.isin(scores.ids, train.hashes())
     if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
         seen |= np.isin(scores.rows, train.rows)

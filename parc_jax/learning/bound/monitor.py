@@ -336,7 +336,10 @@ def update(
     check_network(claim, net)
     for name, runs in (("seen", seen), ("fresh", fresh)):
         check_kind(f"update {name}", runs, RolloutBatch)
-    claim.subject.agree("update: runs of the robot of the claim", fresh.subject, ("K", *STATED))
+    about = claim.subject
+    if fresh.seed is None and not fresh.given:  # a log that does not say what was measured
+        fresh = fresh.replace(given=about.given)
+    about.agree("update: runs of the robot of the claim", fresh.subject, ("K", *about.unstated))
     if claim.kind == VALIDATED:
         raise InputError(
             "update: expected a claim about runs everywhere; this one is about one set in one "
@@ -356,8 +359,10 @@ def update(
         "blocks": claim.evidence.get("blocks_asked"),
     }
     # else the old bins do not span the new K
-    if fresh.subject.identity["domain"] == claim.subject.identity["domain"]:
+    if fresh.subject.identity["domain"] == about.identity["domain"]:
         old["bins"] = claim.tube.edges
+    if seen.seed is None:
+        seen = seen.replace(given=())  # nor does one of training
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
@@ -366,7 +371,10 @@ def update(
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    trained = [one.evidence.get("training", {"recordings": []}) for one in (claim, new)]
-    names = sorted({name for one in trained for name in one["recordings"]})
-    known = {"updated_from": source, SEEN: seen, "training": trained[1] | {"recordings": names}}
+    before, after = (one.evidence.get("training", {}) for one in (claim, new))
+    both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
+    # of the log that is named: others are of one before
+    own = [x["runs"] for x in (before, after) if x and x.get("log") == after.get("log")]
+    trained = after | both | {"own": sum(map(len, own))}
+    known = {"updated_from": source, SEEN: seen, "training": trained}
     return net, derived(new, evidence=known, assumptions=said)

@@ -173,7 +173,7 @@ def identity_of(system) -> dict:
         "n_q": int(system.n_q),
         "points": list(points_of(system)),
         "dtype of the system": np.dtype(getattr(system, "dtype", np.float64)).name,
-        "code": reader.digest(type(system)),
+        "code": reader.digest_of_type(system),
     }
     for name, value in reader.attributes(system):
         if name not in ("domain", "time", "law", "points"):  # above
@@ -264,6 +264,13 @@ class Subject:
         plain = plain_parts(self.labels) | plain_parts(other.labels)
         free = {*free, *(SAID[part] for part in plain)}
         agree(where, self.premises, other.premises, free=free, hint=hint)
+
+    @property
+    def unstated(self) -> tuple[str, ...]:
+        """Premises that other runs, as those of a log, need not state; one that says what is
+        measured at the start asks it of all claims that follow.
+        """
+        return tuple(name for name in STATED if name != "given" or not self.given)
 
     def unordered(self, other: "Subject") -> bool:
         """Test whether the order of parameters of either is not known by names."""
