@@ -23,6 +23,7 @@ from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
     Unit,
+    as_fraction,
     density_of,
     density_of_share,
     risk_of,
@@ -133,7 +134,9 @@ class ErrorClaim:
         Of a claim about recordings all of it is about one run, drawn from each. Raises InputError.
         """
         once(self, check_claim)
-        if None not in (share, density) or (bin is not None and share is None):
+        share = None if share is None else as_fraction("share", share)
+        given = [x is not None for x in (share, density, bin)]
+        if given[:2] == [True, True] or given[::2] == [False, True]:
             raise InputError("risk: expected share, with or without bin, or density; got more.")
         if bin is not None and not (type(bin) is int and 0 <= bin < self.tube.n_bins):
             raise InputError(f"bin: expected one of {self.tube.n_bins}, from 0 on; got {bin!r}.")
