@@ -175,7 +175,7 @@ def test_what_is_no_grid_domain_or_label_is_refused(batch, tmp_path, options, sa
     with pytest.raises(InputError, match=said):
         load_rollouts(tmp_path / "log.npz", **({"time": GRID} | options))
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, labels=np.array(["a", "b"]))
-    with pytest.raises(InputError, match=r"names in labels= of load_rollouts; got an array named"):
+    with pytest.raises(InputError, match="expected no array named labels; got one"):
         load_rollouts(tmp_path / "log.npz", time=GRID)
 
 

@@ -319,9 +319,7 @@ def check_edges(tube: Tube, domain: Box) -> None:
 
 
 def _check_parts(claim: ErrorClaim) -> None:
-    """Refuse a tube whose shape is not that of the runs, and texts of several lines. Raises
-    InputError.
-    """
+    """Refuse a tube of another shape than the runs, and texts of several lines (InputError)."""
     for text in (claim.quantifier, *claim.assumptions):
         check_text("claim", text)
     tube, about = claim.tube, claim.subject

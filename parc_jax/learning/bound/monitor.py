@@ -339,7 +339,8 @@ def update(
     about = claim.subject
     if fresh.seed is None and not fresh.given:  # a log that does not say what was measured
         fresh = fresh.replace(given=about.given)
-    about.agree("update: runs of the robot of the claim", fresh.subject, ("K", *about.unstated))
+    free = ("K", *(STATED[:-1] if about.given else STATED))
+    about.agree("update: runs of the robot of the claim", fresh.subject, free)
     if claim.kind == VALIDATED:
         raise InputError(
             "update: expected a claim about runs everywhere; this one is about one set in one "
@@ -361,8 +362,6 @@ def update(
     # else the old bins do not span the new K
     if fresh.subject.identity["domain"] == about.identity["domain"]:
         old["bins"] = claim.tube.edges
-    if seen.seed is None:
-        seen = seen.replace(given=())  # nor does one of training
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one

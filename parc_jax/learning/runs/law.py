@@ -265,13 +265,6 @@ class Subject:
         free = {*free, *(SAID[part] for part in plain)}
         agree(where, self.premises, other.premises, free=free, hint=hint)
 
-    @property
-    def unstated(self) -> tuple[str, ...]:
-        """Premises that other runs, as those of a log, need not state; one that says what is
-        measured at the start asks it of all claims that follow.
-        """
-        return tuple(name for name in STATED if name != "given" or not self.given)
-
     def unordered(self, other: "Subject") -> bool:
         """Test whether the order of parameters of either is not known by names."""
         return self.domain.n > 1 and any("k" in plain_parts(x.labels) for x in (self, other))

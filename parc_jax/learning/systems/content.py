@@ -28,14 +28,7 @@ _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of value
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
-# attributes of a class that Python writes, and those read elsewhere; all others are the user's
-_WRITTEN = (
-    *("__module__", "__doc__", "__dict__", "__weakref__", "__slots__", "__match_args__"),
-    *("__annotations__", "__annotate__", "__annotate_func__", "__annotations_cache__"),
-    *("__firstlineno__", "__static_attributes__", "__classdictcell__", "__orig_bases__"),
-    *("__dataclass_fields__", "__dataclass_params__", "__passing__", "__repr__"),
-    *("__parameters__", "__type_params__", "__abstractmethods__", "__slotnames__"),
-)
+_WRITTEN = ("__repr__", "__annotate__", "__annotate_func__")  # code that decides no number
 _MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
@@ -71,9 +64,7 @@ def with_digest(text: str, x) -> str:
 
 
 def whole_digest(x) -> str:
-    """Of code and data that a function or an object reaches, private attributes as well, the same
-    in another process.
-    """
+    """Of all code and data that an object reaches, private ones too, the same in any process."""
     return Reader(lasting=True, private=True).digest(x)
 
 
@@ -175,9 +166,7 @@ class Reader:
             yield np.ascontiguousarray(x).tobytes()
 
     def _code(self, x) -> Iterator:
-        """Functions, methods, classes, modules, by their code where it is the user's; other objects
-        by their attributes.
-        """
+        """Functions, methods, classes, modules, by the user's code; others by their attributes."""
         if isinstance(x, types.FunctionType):
             yield from self._function(x)
         elif isinstance(x, types.CodeType):
@@ -230,6 +219,8 @@ class Reader:
             for name, value in sorted(vars(base).items()):
                 if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
+                if name.startswith("__") and not (callable(value) or hasattr(value, "__get__")):
+                    continue  # told by Python of the class: its text, lines, annotations
                 if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
                     continue  # slots: read from the instance
                 yield name

@@ -171,9 +171,7 @@ def _tube(
 
 
 def _knots(values: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Outputs (b, n_out, ...) as (b, T + 1, m, n_p, ...), zero where the first point starts, and
-    (b, n_q, ...).
-    """
+    """Outputs as (b, T + 1, m, n_p, ...), zero where the first point starts, and (b, n_q, ...)."""
     rest = values.shape[2:]
     start = np.zeros((len(values), layout.n_p, *rest))
     knots = np.concatenate([start, values[:, : layout.n_offsets]], axis=1)

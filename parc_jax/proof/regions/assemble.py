@@ -56,9 +56,7 @@ def cell_volumes(
 
 
 def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
-    """v ^ M (C(n, k), m) of vectors v (n, m) and (k-1)-vectors M (C(n, k - 1), m); index sets in
-    lexicographic order.
-    """
+    """v ^ M (C(n, k), m) of v (n, m), (k-1)-vectors M (C(n, k - 1), m); index sets in order."""
     table = _wedge_table(len(v), k)
     out = np.empty((len(table), v.shape[1]))
     for component, terms in zip(out, table, strict=True):
