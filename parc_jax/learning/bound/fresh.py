@@ -269,9 +269,9 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     """
     # training may be of another robot, as of a simulator: the claim is about these runs alone
     where = f"holdout: runs of {scores.law.generator} and those of training"
-    # but what is measured at the start is not left out of a log by silence
-    free = STATED[:-1] if scores.seed is None and train.given else STATED
-    scores.subject.agree(where, train.subject, ("K", *free))
+    scores.subject.agree(where, train.subject, ("K", *STATED))
+    if scores.seed is None and train.given:  # a log does not drop what is measured, by silence
+        scores.subject.agree(where, train.subject, ("K", *STATED[:-1]))
     seen = np.isin(scores.ids, train.hashes())
     if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
         seen |= np.isin(scores.rows, train.rows)
