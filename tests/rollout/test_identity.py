@@ -1,5 +1,6 @@
 """A system that was changed in place, or whose code has changed, is not the system it was."""
 
+import enum
 import subprocess
 import sys
 import textwrap
@@ -203,6 +204,28 @@ def test_a_value_that_keeps_its_text_once_it_has_told_it_is_the_same():
     box = spaces.Box(-1.0, 1.0, (2,))
     before = whole_digest(box)
     assert repr(box) and whole_digest(box) == before
+
+
+class Side(enum.IntFlag):
+    """Members reach each other by their class; all fall into one place of a set."""
+
+    LEFT, RIGHT, UP = 1, 2, 4
+
+    def __hash__(self):
+        return 0
+
+
+def test_a_set_of_members_is_the_same_in_any_order():
+    first, second = (set(order) for order in ([*Side], [*Side][::-1]))
+    assert list(first) != list(second)
+    assert whole_digest(first) == whole_digest(second)
+    assert whole_digest(first) != whole_digest({Side.LEFT, Side.UP})
+
+
+def test_flags_that_are_combined_change_no_program():
+    before = content_of(Side.LEFT).digest, whole_digest(Side)
+    assert Side.LEFT | Side.UP == 5
+    assert (content_of(Side.LEFT).digest, whole_digest(Side)) == before
 
 
 @pytest.mark.slow

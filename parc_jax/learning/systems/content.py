@@ -28,7 +28,7 @@ _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of value
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
-_WRITTEN = ("__repr__", "__annotate__", "__annotate_func__")  # code that decides no number
+_WRITTEN = ("__repr__", "__annotate__", "__annotate_func__", "_value2member_map_")  # no numbers
 _MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
@@ -80,7 +80,7 @@ class Reader:
 
     def digest(self, x) -> str:
         """Equal content, equal digest."""
-        if isinstance(x, _PLAIN) and not is_own(_file_of(type(x))):
+        if type(x) in _PLAIN or (isinstance(x, _PLAIN) and not is_own(_file_of(type(x)))):
             return f"{type(x).__name__} {x!r}"
         return self._once(id(x), x, lambda: self._parts(x))
 
@@ -149,13 +149,19 @@ class Reader:
                 yield self.digest(key)
                 yield self.digest(value)
         elif isinstance(x, set | frozenset):
-            yield from sorted(self.digest(item) for item in x)
+            yield from sorted(map(self._alone, x))
         elif isinstance(x, list | tuple):
             yield from (self.digest(item) for item in list(x))
         elif isinstance(x, _PLAIN):
             yield next(base for base in _PLAIN if isinstance(x, base)).__repr__(x)
         else:
             yield from self._code(x)
+
+    def _alone(self, x) -> str:
+        """As if it were read first: items of a set come in any order, and may reach each other."""
+        known, self._cached = self._cached, dict(self._cached)
+        digest, self._cached = self.digest(x), known
+        return digest
 
     def _array(self, x: np.ndarray) -> Iterator:
         yield x.shape
