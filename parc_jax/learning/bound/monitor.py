@@ -13,7 +13,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import SEEN, ledger_of, left_out_beside, not_named, used_by
+from parc_jax.learning.bound.fresh import left_out_beside, not_named, remembered, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
@@ -364,16 +364,10 @@ def update(
         old["bins"] = claim.tube.edges
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
     told = [x[len("FRESH(") : -1] for x in new.assumptions if x.startswith("FRESH(")]
     before = not_named(claim, fresh.seed is None)
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    before, after = (one.evidence.get("training", {}) for one in (claim, new))
-    both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
-    # of the log that is named: others are of one before
-    own = [x["runs"] for x in (before, after) if x and x.get("log") == after.get("log")]
-    trained = after | both | {"own": sum(map(len, own))}
-    known = {"updated_from": source, SEEN: seen, "training": trained}
+    known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)
