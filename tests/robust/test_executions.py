@@ -427,7 +427,7 @@ def test_a_claim_per_bin_stays_one_of_the_bins_that_were_counted(tmp_path):
     assert "they are the 1 of the model's claim, of whose tube this one is made" in said
     assert load_claim(claim.save(tmp_path / "claim.json")).details() == said
     known = arithmetic_of(claim.facts(), claim.tube.n_bins)["says"]
-    assert known.startswith(f"in 1 blocks with {claim.tube.n_bins} of {claim.tube.n_bins} bins ")
+    assert known.startswith(f"in 1 block with {claim.tube.n_bins} of {claim.tube.n_bins} bins ")
 
 
 def test_of_the_tube_of_a_given_value_no_probability_is_said():
