@@ -266,7 +266,7 @@ def _deepest(
     weights: Float[ArrayLike, "v i"],
     corners: Vectors,
 ):
-    """Largest gap () over the corners of z of one vertex of k, points less `_lost`, mixed."""
+    """Largest gap () over corners of z of a vertex of k, points less `_lost`, mixed by weights."""
     # a mixture of points has the same mixture of their errors
     at = corners + dot(weights[:, None], at.T[None])
     lost = dot(weights[:, None], lost.T[None])

@@ -101,7 +101,7 @@ class Polytopes:
 
     @cached_property
     def _solids(self) -> list[Solid]:
-        """Geometry of polytopes, if not too thin; of sections where all plans have one start."""
+        """Geometry of polytopes thicker than rounding; of sections if all plans have one start."""
         return [shape for shape in map(self._solid, self.all) if shape is not None]
 
     def _solid(self, polytope: SafePolytope) -> Solid | None:
