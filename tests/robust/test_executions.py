@@ -419,12 +419,13 @@ def test_a_claim_per_bin_stays_one_of_the_bins_that_were_counted(tmp_path):
     """In a finer bin of the question nobody counted: runs may leave there at any rate."""
     model = toy_driven.model(claims=("bins",))
     assert "in each claimed bin of K" in model.claim.details()
-    assert "they are the 1 in which runs were counted" in model.claim.details()
+    assert "of 1 block in which runs were counted" in model.claim.details()
     scene = replace(toy_driven.problem(), uncertainty=pj.Uncertainty(k=(0.01, 0.0)))
     claim = query(scene, model).nominal().model.claim
     said = claim.details()
     assert claim.tube.n_bins > 9 and "in each claimed block of bins of K" in said
-    assert "they are the 1 of the model's claim, of whose tube this one is made" in said
+    assert "of 1 block of the model's claim, of whose tube this one is made" in said
+    assert "how probable this bin is" in str(claim.risk(share=0.01, bin=0))
     assert load_claim(claim.save(tmp_path / "claim.json")).details() == said
     known = arithmetic_of(claim.facts(), claim.tube.n_bins)["says"]
     assert known.startswith(f"in 1 block with {claim.tube.n_bins} of {claim.tube.n_bins} bins ")

@@ -225,7 +225,7 @@ class ErrorClaim:
         if self.bin_eps[bin] is None:
             return NoStatement(f"bin {bin} holds too few runs: no claim")
         if self.evidence["bin_share"] is None:
-            return NoStatement("k was not uniform on K: the probability of a bin is not known")
+            return NoStatement("how probable this bin is by the law of k is not known")
         whole = Fraction(self.evidence["bin_share"][bin])
         return risk_of(self.bin_eps[bin], self.delta, density_of_share(share, whole), shift)
 

@@ -28,7 +28,8 @@ def premises_of(c: "ErrorClaim") -> Premises:
     if c.bin_eps is not None:
         of = "of the model's claim, of whose tube this one is made"
         where = of if "network_of_runs" in c.evidence else "in which runs were counted"
-        more.append(("blocks", MEASURED, f"{len(c.evidence['blocks'])} {where}"))
+        n = len(c.evidence["blocks"])
+        more.append(("blocks", MEASURED, f"{n} block{'s' * (n > 1)} {where}"))
     try:
         return premises([*shown, *more, *stated_premises(c.facts())])
     except Rejected as why:
@@ -117,7 +118,7 @@ def _pac(p: Premises) -> str:
     eps = probability(p["eps"])
     by_bin, tube = "", "the tube"
     if "bins" in p:
-        by_bin = f" (the largest of them, each with its own; they are the {p['blocks']})"
+        by_bin = f" (the largest, as each has its own, of {p['blocks']})"
     if "not drawn" in p:
         tube += " of the model's claim about all its parameters"
     n, many = count_of(p)
