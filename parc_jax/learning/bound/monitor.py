@@ -337,8 +337,8 @@ def update(
     for name, runs in (("seen", seen), ("fresh", fresh)):
         check_kind(f"update {name}", runs, RolloutBatch)
     about = claim.subject
-    if fresh.seed is None and not fresh.given:  # a log that does not say what was measured
-        fresh = fresh.replace(given=about.given)
+    if fresh.seed is None and not fresh.given and fresh.n_k == about.domain.n:
+        fresh = fresh.replace(given=about.given)  # a log need not say what was measured
     free = ("K", *(STATED[:-1] if about.given else STATED))
     about.agree("update: runs of the robot of the claim", fresh.subject, free)
     if claim.kind == VALIDATED:
