@@ -109,7 +109,7 @@ def test_an_update_from_logs_keeps_it(claim, tmp_path):
         pj.learning.update(claim, settled_network(), *logs[1:])
     np.savez(tmp_path / "other.npz", k=runs.k[:, :1], p=runs.p)
     other = load_rollouts(tmp_path / "other.npz", Cart.time, pj.box([0], [1]))
-    with pytest.raises(InputError, match="runs of the robot of the claim: .* that agree"):
+    with pytest.raises(InputError, match=r"runs of the robot of the claim: .* that agree"):
         pj.learning.update(claim, settled_network(), logs[0], other)
     with pytest.raises(InputError, match=r"those of training: .*agree; given is none, beside 1"):
         pj.learning.bound_error(settled_network(), logs[1], None, train=logs[2], eps=0.1, delta=0.1)
