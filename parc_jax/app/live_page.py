@@ -29,9 +29,7 @@ HIGH, LOW = 0.06, 0.02  # [of the scene] height of obstacles and of plans in the
 
 
 class Page:
-    """A server, its controls, and one thread that works out what was asked for last. Raises
-    InputError without viser.
-    """
+    """A server, its controls, one thread for what was asked last. InputError without viser."""
 
     def __init__(self, live: Live, port: int):
         viser = package("viser", "live")

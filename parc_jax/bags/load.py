@@ -359,9 +359,7 @@ def windows(
 def _interpolated(
     times: np.ndarray, values: np.ndarray, at: np.ndarray, bridge: float
 ) -> np.ndarray:
-    """(..., j) of values (m, j) at times (...) [ns]; NaN outside of them, and across gaps above
-    the bridge [s].
-    """
+    """(..., j) of values (m, j) at times (...) [ns]; NaN outside, and across gaps > bridge [s]."""
     right = np.clip(np.searchsorted(times, at), 1, max(len(times) - 1, 1))
     if len(times) < 2:
         return np.full((*at.shape, values.shape[1]), np.nan)

@@ -19,9 +19,7 @@ UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no
 
 
 class Heard(NamedTuple):
-    """One message of a topic. recorded: [ns] when the recorder got it. stamp: [ns] of its header,
-    None where it has none.
-    """
+    """One message of a topic. [ns] recorded: by the recorder; stamp: of its header, or None."""
 
     recorded: int
     stamp: int | None

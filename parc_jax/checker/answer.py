@@ -188,9 +188,7 @@ def said_of(meta):
 
 
 def percent(share, up):
-    """An exact share, told to a thousandth of a percent: what is proved never above it, what is
-    not never below.
-    """
+    """An exact share to a thousandth of a percent: never above it if proved, else never below."""
     thousandths = math.ceil(10**5 * share) if up else math.floor(10**5 * share)
     return f"{thousandths // 1000}.{thousandths % 1000:03d} %"
 

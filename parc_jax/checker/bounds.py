@@ -11,9 +11,7 @@ LINE_BITS = 40  # slopes and heights of the upper lines are rounded up to so man
 
 
 class OverBox:
-    """Bounds over boxes of k. The lines of the last box are remembered: neighbouring leaves of a
-    tree often share it.
-    """
+    """Bounds over boxes of k. The last box's lines are kept: neighbouring leaves often share it."""
 
     def __init__(self, context):
         self.context = context

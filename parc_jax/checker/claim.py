@@ -180,7 +180,8 @@ def arithmetic_of(claim: dict, n_bins: int):
         known = {some for _, _, some in shown}
         claimed = [probability(x) for x in array(by_bin, n_bins) if x is not None]
         need(known.issuperset(claimed), "a bin's eps is that of no block")
-        counted = f"in {len(claimed)} of {n_bins} bins {counted} or more"
+        where = "1 block" if len(shown) == 1 else f"{len(shown)} blocks"
+        counted = f"in {where} with {len(claimed)} of {n_bins} bins {counted} or more"
         each, bins = " or more in each", [("bins", f"{len(claimed)} of {n_bins} with a claim")]
     says = f"{counted}, {discards} left outside, {looks} looks, show eps = {eps} with delta = "
     numbers = [("eps", str(eps)), ("delta", str(delta)), ("n", f"{least} {many}{each}")]

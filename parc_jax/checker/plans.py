@@ -101,9 +101,7 @@ class Context(Question):
         self.reaches = {}
 
     def reach(self, b):
-        """`along_axes` of the errors of bin b by interval and point; None where they have no bound
-        along some axis.
-        """
+        """`along_axes` of errors of bin b by interval and point; None if an axis has no bound."""
         if b not in self.reaches:
             self.reaches[b] = None
             with contextlib.suppress(Rejected):

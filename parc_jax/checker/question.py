@@ -272,9 +272,7 @@ class Question:
         return found
 
     def bins_meeting(self, lo, hi, closed):
-        """Numbers of the bins that meet the box [lo, hi] of k, row-major: as closed boxes, or with
-        their interiors.
-        """
+        """Bins that meet the box [lo, hi] of k, row-major: as closed boxes or with interiors."""
         bins = [0]
         for edge, a, b in zip(self.edges, lo, hi, strict=True):
             self.spend(FRACTION * len(edge))

@@ -95,8 +95,10 @@ def in_chunks(n: int, size: int, call: Callable):
 
     rows: (size,) int, always as many, so that one program is compiled; the last chunk is filled up
     by repeating its last row. call returns arrays, or a tuple of them, with leading axis `size`;
-    they are put together and cut to n rows. n must be positive. See `map_rows` for arrays.
+    they are put together and cut to n rows. See `map_rows` for arrays. Raises InputError.
     """
+    if n < 1:
+        raise InputError("runs: expected at least one; got none.")
     rows = np.minimum(np.arange(-(-n // size) * size), n - 1).reshape(-1, size)
     parts = on_all_cores(call, rows)
     return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)

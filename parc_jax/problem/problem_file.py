@@ -276,9 +276,7 @@ def _written_span(span: Span) -> dict:
 
 
 def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:
-    """The goal by names of points, where its points share one set and its rows are about one point,
-    or q, each; else None.
-    """
+    """The goal by names of points that share one set, each row about one or q; else None."""
     goal = problem.goal
     n_p = problem.obstacles[0].n if problem.obstacles else None
     if n_p is None or len(points) == 1 or goal.n < len(points) * n_p:

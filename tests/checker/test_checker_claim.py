@@ -96,7 +96,8 @@ def test_the_numbers_are_said():
     assert "6905 independent recordings" in recorded["says"]
     few = {"n": 3000, "discard": 0, "eps": "1/100"}
     bins = {"bin_eps": ["1/100", None], "evidence": {"blocks": [few]}, "eps": "1/100"}
-    assert asked(CLAIM | bins, 2)["says"].startswith("in 1 of 2 bins 3000 independent runs or more")
+    many = asked(CLAIM | bins, 2)["says"]
+    assert many.startswith("in 1 block with 1 of 2 bins 3000 independent runs or more")
 
 
 @pytest.mark.parametrize("name", ["n", "discard", "looks", "eps", "delta", "bin_eps"])

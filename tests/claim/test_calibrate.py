@@ -288,7 +288,7 @@ def test_the_checker_does_the_sums_of_claims_again(system, holdout, profile):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
     bins = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3)
     assert [b["n"] for b in bins.evidence["blocks"]] == bins.evidence["bin_runs"]
-    assert arithmetic(bins)["says"].startswith("in 3 of 3 bins ")
+    assert arithmetic(bins)["says"].startswith("in 3 blocks with 3 of 3 bins ")
     for wrong in (
         replace(one, n=one.n // 2),
         replace(one, looks=99),

@@ -10,6 +10,8 @@ from synthetic_plants import noisy, plant, straight_network
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.fresh import left_out_beside, seen_in_training
 from parc_jax.learning.bound.monitor import monitor, update
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.runs.batch import rollout_batch
@@ -303,3 +305,36 @@ def test_other_windows_of_recordings_that_trained_a_network_are_no_news(train, h
     watch, said = monitor(claim, NET).observe(others), "nor a part of its recording by another name"
     assert watch.seen == again.n == 100
     assert said in watch.details() and said in again.details() and said not in claim.details()
+
+
+def test_an_update_remembers_what_its_network_was_trained_on(train, held):
+    """Copies of these passed a test of a set in a scene as runs that nobody had seen."""
+    more = [collect(plant(noisy), jax.random.PRNGKey(i), 100, quiet=True) for i in (7, 8)]
+    mine, theirs, since, fresh = (
+        recorded(runs.k, runs.p, runs.q, runs, name=f"file:{row}")
+        for row, runs in enumerate((train, held, *more))
+    )
+    made = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
+    claim = bound_error(NET, theirs, None, train=mine, **made)
+    again = update(claim, NET, since, fresh)[1]
+    copies = recorded(train.k, train.p * (1 + 1e-7), train.q, train, name="file:copies")
+    for one, seen in ((claim, [True, False]), (again, [True, True])):
+        assert [seen_in_training(one, x).all() for x in (copies, since)] == seen
+    assert not seen_in_training(again, fresh).any()
+    assert left_out_beside(again, since.select(slice(50))) == 50
+    assert [left_out_beside(again, x.select(slice(50))) for x in (mine, theirs)] == [50, 50]
+    # an update that trains on runs of before as well counts each of them once
+    first, rest = since.select(slice(60)), since.select(slice(60, 90))
+    claim = bound_error(NET, fresh, None, train=first, **made)
+    again = update(claim, NET, first, theirs)[1]
+    assert left_out_beside(again, rest) == left_out_beside(claim, rest) == 10
+
+
+@pytest.mark.parametrize("known", [{}, {"recordings": []}])
+def test_an_update_of_a_claim_that_does_not_say_what_trained_its_network(train, held, known):
+    new, old = (collect(plant(noisy), jax.random.PRNGKey(i), 100, quiet=True) for i in (7, 8))
+    made = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
+    claim = derived(bound_error(NET, held, None, train=train, **made), evidence={"training": known})
+    again = update(claim, NET, old, new)[1]
+    assert not again.evidence.get("training", {}).get("runs")
+    assert not seen_in_training(again, train).any()

@@ -95,6 +95,26 @@ def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
         load_rollouts(tmp_path / "runs.npz", given=("v0",))
 
 
+def test_an_update_from_logs_keeps_it(claim, tmp_path):
+    """A log does not say what was measured: afterwards plans chose where the robot was going."""
+    logs = []
+    for seed in (5, 6, 7):
+        runs = collect(Cart(), jax.random.key(seed), 50, quiet=True)
+        np.savez(tmp_path / f"{seed}.npz", k=runs.k, p=runs.p)
+        about = {"labels": {"k": Cart.k_labels}, "given": ("v",) if seed == 7 else ()}
+        logs.append(load_rollouts(tmp_path / f"{seed}.npz", Cart.time, Cart.domain, **about))
+    net, new = pj.learning.update(claim, settled_network(), *logs[:2])
+    assert ENTRY in new.assumptions and pj.learning.trajectory_model(net, new).given == (0,)
+    with pytest.raises(InputError, match="agree; given is 0, beside 1"):
+        pj.learning.update(claim, settled_network(), *logs[1:])
+    np.savez(tmp_path / "other.npz", k=runs.k[:, :1], p=runs.p)
+    other = load_rollouts(tmp_path / "other.npz", Cart.time, pj.box([0], [1]))
+    with pytest.raises(InputError, match=r"runs of the robot of the claim: .* that agree"):
+        pj.learning.update(claim, settled_network(), logs[0], other)
+    with pytest.raises(InputError, match=r"those of training: .*agree; given is none, beside 1"):
+        pj.learning.bound_error(settled_network(), logs[1], None, train=logs[2], eps=0.1, delta=0.1)
+
+
 def test_a_question_says_what_is_measured_or_is_refused():
     model = cart_model()
     sentence = "expected v0, which cart measures at the start; got no value"

@@ -153,6 +153,9 @@ def test_what_is_no_argument_of_a_monitor_is_refused(claim):
         (lambda: monitor(NET, claim), "claim: expected ErrorClaim; got ReLUNetwork"),
         (lambda: monitor(claim, None), "net: expected ReLUNetwork; got None"),
         (lambda: watch.observe(None), "observe: expected RolloutBatch; got None"),
+        (lambda: watch.observe(runs.select(slice(0))), "runs: expected at least one; got none"),
+        (lambda: claim.risk(share=np.array([0.5, 0.5])), r"share: expected a number; got array"),
+        (lambda: claim.risk(density=np.array([2, 2])), r"density: expected a number; got array"),
         (lambda: update(claim, NET, None, runs), "update seen: expected RolloutBatch; got None"),
         (lambda: update(claim, NET, runs, claim), "update fresh: expected RolloutBatch; got Err"),
     ):

@@ -39,12 +39,12 @@ def problem(wall=0.95):
 
 
 @functools.cache
-def model(run=gusty):
+def model(run=gusty, claims=("one",)):
     """The straight line with a claim about all of K = [0, 1]^2 at 0.1, from 60 runs and more."""
     system = plant(run, T)
     key = jax.random.PRNGKey(3)
     train = collect(system, key, 100, quiet=True)
-    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "quiet": True}
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "claims": claims, "quiet": True}
     claim = bound_error(NET, system, key, train=train, profile_runs=100, **options)
     return pj.learning.trajectory_model(NET, claim)
 

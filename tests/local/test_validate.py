@@ -458,6 +458,10 @@ def test_what_has_no_law_is_refused():
     other = plant(toy.gusty, toy.T + 1)
     with pytest.raises(InputError):
         toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked_of(source=other))
+    # refused before any run is made: this one cannot run
+    larger = replace(plant(None, toy.T), domain=pj.box([0, 0], [2, 2]))
+    with pytest.raises(InputError, match="a system with the K of the model"):
+        toy.planner().solve(toy.problem(), KEY, toy.SETTINGS, validate=asked_of(source=larger))
 
 
 def test_a_set_keeps_its_promise_where_the_start_matters():

@@ -18,11 +18,12 @@ from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.checker.claim import stated_premises
+from parc_jax.checker.claim import arithmetic_of, stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound import claim as claim_module
 from parc_jax.learning.bound.claim_file import load_claim
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
 from parc_jax.planner import Planner
@@ -411,6 +412,33 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
         forged = silent.facts() | {"statement": said, "hash": claim_module._hash(silent)}
         (tmp_path / "claim.json").write_text(json.dumps(data | {"claim": forged}))
         load_claim(tmp_path / "claim.json")
+
+
+@pytest.mark.soundness
+def test_a_claim_per_bin_stays_one_of_the_bins_that_were_counted(tmp_path):
+    """In a finer bin of the question nobody counted: runs may leave there at any rate."""
+    model = toy_driven.model(claims=("bins",))
+    assert "in each claimed bin of K" in model.claim.details()
+    assert "of 1 block in which runs were counted" in model.claim.details()
+    scene = replace(toy_driven.problem(), uncertainty=pj.Uncertainty(k=(0.01, 0.0)))
+    claim = query(scene, model).nominal().model.claim
+    said = claim.details()
+    assert claim.tube.n_bins > 9 and "in each claimed block of bins of K" in said
+    assert "of 1 block of the model's claim, of whose tube this one is made" in said
+    assert "how probable this bin is" in str(claim.risk(share=0.01, bin=0))
+    assert load_claim(claim.save(tmp_path / "claim.json")).details() == said
+    known = arithmetic_of(claim.facts(), claim.tube.n_bins)["says"]
+    assert known.startswith(f"in 1 block with {claim.tube.n_bins} of {claim.tube.n_bins} bins ")
+
+
+def test_of_the_tube_of_a_given_value_no_probability_is_said():
+    """Nobody drew such runs: all of them may leave it, though few of all K leave theirs."""
+    scene = replace(toy_driven.problem(), uncertainty=pj.Uncertainty(given={0: 0.5}))
+    claim = query(scene, toy_driven.model()).nominal().model.claim
+    said = claim.details()
+    assert "leaves the tube of the model's claim about all its parameters at any time" in said
+    assert "Of this tube, which is of runs with k0 = 0.5 (measured), which nobody drew" in said
+    assert in_short(claim) == "of runs that nobody drew, not shown"
 
 
 @pytest.mark.slow

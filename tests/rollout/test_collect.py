@@ -144,6 +144,9 @@ def test_what_is_no_key_or_no_number_of_runs_is_refused(system, tmp_path, key, n
     for path in (None, tmp_path / "runs.npz"):
         with pytest.raises(InputError, match=re.escape(words)):
             collect(system, key, n, path=path, quiet=True)
+    for first in (-1, 1.5):
+        with pytest.raises(InputError, match=r"first_row: expected a whole number >= 0; got"):
+            collect(system, KEY, 3, first_row=first, quiet=True)
 
 
 def test_a_system_that_breaks_its_word_about_shapes_is_refused():

@@ -174,6 +174,9 @@ def test_what_is_no_grid_domain_or_label_is_refused(batch, tmp_path, options, sa
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p)
     with pytest.raises(InputError, match=said):
         load_rollouts(tmp_path / "log.npz", **({"time": GRID} | options))
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, labels=np.array(["a", "b"]))
+    with pytest.raises(InputError, match="expected no array named labels; got one"):
+        load_rollouts(tmp_path / "log.npz", time=GRID)
 
 
 @pytest.mark.parametrize("meta", ["my data", "[]", '{"mine": 1}'])

@@ -111,10 +111,12 @@ def test_a_lost_run_has_failed_and_no_other_is_begun_twice(alone):
     executor = Inline({i: GONE for i in (0, 3, 9)})
     found = runs(executor)
     more = found.failed & ~alone.failed
-    assert executor.calls == 40 and 1 <= more.sum() <= 3 and found.failed.sum() <= 3 + 40
+    assert executor.calls == 40 and found.failed.sum() <= 3 + 40
     assert same(found.select(~found.failed), alone.select(~found.failed))
-    # it is no executor of the standard library, and may make calls again in silence
-    assert (found.lost == -(~more).astype(int)).all()
+    # it is no executor of the standard library, and may make calls again in silence; which calls
+    # are lost depends on the threads, and some of them may fail by themselves
+    assert set(found.lost) == {-1, 0} and (found.lost == 0).sum() == 3
+    assert (found.lost[more] == 0).all()
 
 
 def test_a_lost_run_is_made_again_and_counted_where_workers_go_away(alone, tmp_path):

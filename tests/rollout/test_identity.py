@@ -1,9 +1,11 @@
 """A system that was changed in place, or whose code has changed, is not the system it was."""
 
+import enum
 import subprocess
 import sys
 import textwrap
 import types
+import typing
 
 import jax
 import jax.numpy as jnp
@@ -95,6 +97,73 @@ def test_a_system_that_changes_while_it_runs_is_refused():
         list(stream)
 
 
+# Programs, and what is edited in them: runs differ where k_0 is large alone, or not at all.
+FAR = ("1.0 * k", "1.0 * k if k[0] < 2 else 2.0 * k")
+CAUGHT = ("        y = k / k[0]\n        return y\n    except ValueError:\n        return x\n",)
+CAUGHT += (
+    "    except ValueError:\n        return x\n    else:\n        y = k / k[0]\n        return y\n",
+)
+EDITED = {
+    "a method of a tuple": """
+class Gain(typing.NamedTuple):
+    g: float = 1.0
+    def of(self, k): return 1.0 * k
+def goes(k): return Gain().of(k)
+""",
+    "a method of a number": """
+class Gain(float):
+    def of(self, k): return 1.0 * k
+G = Gain(1.0)
+def goes(k): return G.of(k)
+""",
+    "an attribute of a list": """
+class Gain(list):
+    def no_more(self): pass
+G = Gain()
+G.of = lambda k: 1.0 * k
+def goes(k): return G.of(k)
+""",
+    "an operator": """
+class Gain:
+    def __matmul__(self, k): return 1.0 * k
+G = Gain()
+def goes(k): return G @ k
+""",
+    "what is made at the start": """
+class Gain:
+    def __init__(self, k): self.to = 1.0 * k
+def goes(k): return Gain(k).to
+""",
+    "what is caught": f"""
+def goes(k):
+    try:
+        x = 1.0 + k
+{CAUGHT[0]}""",
+}
+
+
+def of_program(source):
+    plant = {"typing": typing, "__name__": "plant"}
+    exec(source, plant)
+    goes = plant["goes"]
+
+    def simulate(rng, k):
+        return np.linspace(0, 1, 5)[:, None] * goes(k)[None], np.zeros(0)
+
+    box, time = pj.box([0, 0], [1, 1]), pj.learning.time_grid(0.5, 1.0, 0.25)
+    return pj.python_system(simulate, box, time, name="cart", n_p=2, workers=0)
+
+
+@pytest.mark.parametrize("kind", EDITED)
+def test_stored_runs_of_an_edited_program_are_refused(kind, tmp_path):
+    store = {"path": tmp_path / "runs.npz", "quiet": True}
+    for _ in range(2):
+        pj.learning.collect(of_program(EDITED[kind]), KEY, 4, **store)
+    other = EDITED[kind].replace(*FAR).replace(*CAUGHT)
+    with pytest.raises(InputError, match="expected the same attribute simulate"):
+        pj.learning.collect(of_program(other), KEY, 4, **store)
+
+
 class Plain:
     """Not JAX: its attributes are read at every run."""
 
@@ -135,6 +204,28 @@ def test_a_value_that_keeps_its_text_once_it_has_told_it_is_the_same():
     box = spaces.Box(-1.0, 1.0, (2,))
     before = whole_digest(box)
     assert repr(box) and whole_digest(box) == before
+
+
+class Side(enum.IntFlag):
+    """Members reach each other by their class; all fall into one place of a set."""
+
+    LEFT, RIGHT, UP = 1, 2, 4
+
+    def __hash__(self):
+        return 0
+
+
+def test_a_set_of_members_is_the_same_in_any_order():
+    first, second = (set(order) for order in ([*Side], [*Side][::-1]))
+    assert list(first) != list(second)
+    assert whole_digest(first) == whole_digest(second)
+    assert whole_digest(first) != whole_digest({Side.LEFT, Side.UP})
+
+
+def test_flags_that_are_combined_change_no_program():
+    before = content_of(Side.LEFT).digest, whole_digest(Side)
+    assert Side.LEFT | Side.UP == 5
+    assert (content_of(Side.LEFT).digest, whole_digest(Side)) == before
 
 
 @pytest.mark.slow

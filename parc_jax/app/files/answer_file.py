@@ -148,9 +148,7 @@ def _nominal(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalPro
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
-    """The proof of absence as the checker has just accepted it. A safe box is not proved unsafe: it
-    counts as undecided.
-    """
+    """The proof of absence that the checker has just accepted. A safe box counts as undecided."""
     if certificate is None or volumes is None:
         return None
     safe, unsafe, undecided = (number(volumes[name]) for name in ("safe", "unsafe", "undecided"))

@@ -128,9 +128,7 @@ def page_data(answer, polytopes=None) -> dict:
 
 
 def model_data(model, problem) -> dict:
-    """Data of the page's verdict on a plan, without corridors and polytopes: network, tube, body,
-    goal, start, obstacles.
-    """
+    """Data of the page's verdict on a plan: network, tube, body, goal, start, obstacles."""
     tube, faces = model.tube, model.tube.templates
     lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
     return {

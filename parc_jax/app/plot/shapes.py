@@ -261,9 +261,7 @@ def _signs(n_p: int) -> np.ndarray:
 
 
 def triangles(points: np.ndarray) -> np.ndarray:
-    """(t, 3, n_p) of the convex hull of points (v, n_p): the area in the plane, the surface in
-    space. A flat one has none.
-    """
+    """(t, 3, n_p) of the hull of points (v, n_p): plane area or surface in space; none if flat."""
     n_p = points.shape[1]
     if len(points) <= n_p:
         return np.zeros((0, 3, n_p))

@@ -96,6 +96,10 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
+        K, whole = query.model.domain, source.domain
+        if not np.array_equal([K.lo, K.hi], [whole.lo, whole.hi]):
+            told = f"validate: expected a system with the K of the model, {K.lo} .. {K.hi}; got "
+            raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
         start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)

@@ -27,9 +27,7 @@ _up = np.vectorize(lambda x: Fraction(round_up(x)), otypes=[object])
 
 
 def require_fitting(table: Tables, model: TrajectoryModel) -> None:
-    """Raises InputError unless the tables satisfy `fits_together` of the theorem, and no index of
-    the code leads out of one.
-    """
+    """Raises InputError unless tables satisfy `fits_together` and no index leads out of one."""
     unfitting = _unfitting(table, model)
     if unfitting:
         raise InputError(

@@ -189,9 +189,7 @@ def pac_label(
 
 
 def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
-    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
-    without claim.
-    """
+    """Tube scale_b x shape_b + term (n_c,), rounded up; no claim in bins of infinite scale."""
     grown = [
         np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)
         for half, more in zip(profile.halves, profile.halves_around(term, 0.0), strict=True)

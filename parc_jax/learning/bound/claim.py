@@ -23,6 +23,7 @@ from parc_jax.learning.bound.counts import (
     NoStatement,
     Risk,
     Unit,
+    as_fraction,
     density_of,
     density_of_share,
     risk_of,
@@ -133,7 +134,9 @@ class ErrorClaim:
         Of a claim about recordings all of it is about one run, drawn from each. Raises InputError.
         """
         once(self, check_claim)
-        if None not in (share, density) or (bin is not None and share is None):
+        share = None if share is None else as_fraction("share", share)
+        given = [x is not None for x in (share, density, bin)]
+        if given[:2] == [True, True] or given[::2] == [False, True]:
             raise InputError("risk: expected share, with or without bin, or density; got more.")
         if bin is not None and not (type(bin) is int and 0 <= bin < self.tube.n_bins):
             raise InputError(f"bin: expected one of {self.tube.n_bins}, from 0 on; got {bin!r}.")
@@ -222,7 +225,7 @@ class ErrorClaim:
         if self.bin_eps[bin] is None:
             return NoStatement(f"bin {bin} holds too few runs: no claim")
         if self.evidence["bin_share"] is None:
-            return NoStatement("k was not uniform on K: the probability of a bin is not known")
+            return NoStatement("how probable this bin is by the law of k is not known")
         whole = Fraction(self.evidence["bin_share"][bin])
         return risk_of(self.bin_eps[bin], self.delta, density_of_share(share, whole), shift)
 
@@ -316,9 +319,7 @@ def check_edges(tube: Tube, domain: Box) -> None:
 
 
 def _check_parts(claim: ErrorClaim) -> None:
-    """Refuse a tube whose shape is not that of the runs, and texts of several lines. Raises
-    InputError.
-    """
+    """Refuse a tube of another shape than the runs, and texts of several lines (InputError)."""
     for text in (claim.quantifier, *claim.assumptions):
         check_text("claim", text)
     tube, about = claim.tube, claim.subject

@@ -1,6 +1,7 @@
 """Freshness of a calibration set: independent runs, none of them twice, none of training."""
 
 from collections.abc import Iterable, Iterator
+from itertools import islice
 
 import numpy as np
 
@@ -92,14 +93,17 @@ def left_out_beside(claim: ErrorClaim, runs: RolloutBatch) -> int:
     """Number of rows of the log of these runs that neither they have nor the training of a claim,
     nor its calibration set. Where some of either are in a file, all others of it were left out.
     """
-    gone, ids = left_out(runs, None), short_ids(runs.hashes())
+    gone, ids, told = left_out(runs, None), short_ids(runs.hashes()), set[str]()
     for part in (claim.evidence.get("training", {}), claim.evidence):
-        known, one_log = part.get("runs", []), part.get("log") == _log(runs)
-        met = int(np.isin(known, ids).sum())
-        if one_log and not met:
-            gone -= len(known)
-        elif met and not one_log:  # of its own log the others are missing above
-            gone += len(known) - met
+        rest = iter(part.get("runs", []))
+        for log, n in _logs(part):
+            known, one_log = set(islice(rest, n)) - told, log == _log(runs)
+            told |= known  # an update trains on runs of before, too
+            met = len(known.intersection(ids))
+            if one_log and not met:
+                gone -= len(known)
+            elif met and not one_log:  # of its own log the others are missing above
+                gone += len(known) - met
     return gone
 
 
@@ -228,6 +232,20 @@ def names_of(runs: RolloutBatch) -> dict[str, list]:
     return {"runs": ids, "recordings": groups, "ends": ends, "log": _log(runs)}
 
 
+def remembered(claim: ErrorClaim, new: ErrorClaim) -> dict:
+    """Evidence of all that a claim and its update saw: the network may be the old one."""
+    before, after = (one.evidence.get("training", {}) for one in (claim, new))
+    both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
+    both = before | after | both | {"logs": [*_logs(before), *_logs(after)]}
+    seen = {SEEN: [*ledger_of(claim), *new.evidence[SEEN]]}
+    return seen | ({"training": both} if before or after else {})
+
+
+def _logs(named: dict) -> list[list]:
+    """Logs of runs in evidence, as they come, and how many are of each."""
+    return named.get("logs", [[named.get("log"), len(named.get("runs", []))]])
+
+
 def seen_in_training(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     """(n,) bool: runs of a log that training has seen, of those that the claim records, their
     copies, and parts of the same recordings. Raises InputError where these cannot be told.
@@ -270,6 +288,8 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     # training may be of another robot, as of a simulator: the claim is about these runs alone
     where = f"holdout: runs of {scores.law.generator} and those of training"
     scores.subject.agree(where, train.subject, ("K", *STATED))
+    if scores.seed is None and train.given:  # a log does not drop what is measured, by silence
+        scores.subject.agree(where, train.subject, ("K", *STATED[:-1]))
     seen = np.isin(scores.ids, train.hashes())
     if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
         seen |= np.isin(scores.rows, train.rows)

@@ -152,9 +152,7 @@ def extremes_many(
 def _along(
     u: Float[jax.Array, "*b r n"], error: Float[jax.Array, "*c n"], hidden: Float[jax.Array, "*c n"]
 ):
-    """Least and largest u . e (..., R) over all e within `hidden` of the error; both infinite where
-    that is not finite.
-    """
+    """Least, largest u . e (..., R) for e within `hidden` of error; infinite if not finite."""
     n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
     middle = dot(u, error[..., None, :])
     pad = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])

@@ -13,7 +13,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import SEEN, ledger_of, left_out_beside, not_named, used_by
+from parc_jax.learning.bound.fresh import left_out_beside, not_named, remembered, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
@@ -336,7 +336,11 @@ def update(
     check_network(claim, net)
     for name, runs in (("seen", seen), ("fresh", fresh)):
         check_kind(f"update {name}", runs, RolloutBatch)
-    claim.subject.agree("update: runs of the robot of the claim", fresh.subject, ("K", *STATED))
+    about = claim.subject
+    if fresh.seed is None and not fresh.given and fresh.n_k == about.domain.n:
+        fresh = fresh.replace(given=about.given)  # a log need not say what was measured
+    free = ("K", *(STATED[:-1] if about.given else STATED))
+    about.agree("update: runs of the robot of the claim", fresh.subject, free)
     if claim.kind == VALIDATED:
         raise InputError(
             "update: expected a claim about runs everywhere; this one is about one set in one "
@@ -356,17 +360,14 @@ def update(
         "blocks": claim.evidence.get("blocks_asked"),
     }
     # else the old bins do not span the new K
-    if fresh.subject.identity["domain"] == claim.subject.identity["domain"]:
+    if fresh.subject.identity["domain"] == about.identity["domain"]:
         old["bins"] = claim.tube.edges
     new = bound_error(net, fresh, None, train=seen, **old | options)
     source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    seen = [*ledger_of(claim), *new.evidence[SEEN]]  # the network may be the old one
     told = [x[len("FRESH(") : -1] for x in new.assumptions if x.startswith("FRESH(")]
     before = not_named(claim, fresh.seed is None)
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    trained = [one.evidence.get("training", {"recordings": []}) for one in (claim, new)]
-    names = sorted({name for one in trained for name in one["recordings"]})
-    known = {"updated_from": source, SEEN: seen, "training": trained[1] | {"recordings": names}}
+    known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)

@@ -189,9 +189,7 @@ def _directions(
     numbers: list[np.ndarray],
     counts: np.ndarray,
 ) -> Errors:
-    """Axes and principal axes: interval (n_bins, T, n_points, 2 n_p, n_p), final (n_bins, 2 n_e,
-    n_e).
-    """
+    """Axes and principal ones: interval (n_bins, T, m, 2 n_p, n_p), final (n_bins, 2 n_e, n_e)."""
     n_e = layout.n_c + runs[0].n_q
     during = np.zeros((len(counts), layout.n_steps + 1, layout.n_points, layout.n_p))
     at_end = np.zeros((len(counts), n_e))
@@ -258,9 +256,7 @@ def _extremes(
 def _between(
     directions: np.ndarray, least: np.ndarray, most: np.ndarray, counts: np.ndarray, frames: bool
 ) -> Faces:
-    """Faces about the middle of the observed errors and zero; a bin without runs gets the widest.
-    counts: (grid).
-    """
+    """Faces about the middle of seen errors and zero; a bin (grid) without runs gets the widest."""
     # zero error belongs to the set: a proof of absence needs trajectories that follow the model
     least, most = np.minimum(least, 0.0), np.maximum(most, 0.0)
     filled = (counts > 0).reshape(-1)

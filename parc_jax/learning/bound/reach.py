@@ -62,9 +62,7 @@ def reach(
 
 
 def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
-    """The distinct directions (u, n_p) among w (o, d, n_p), and the index of each: (room, d), zero
-    in the padding.
-    """
+    """Distinct directions (u, n_p) in w (o, d, n_p), index of each (room, d), zero in padding."""
     unique, which = np.unique(w.reshape(-1, w.shape[-1]), axis=0, return_inverse=True)
     number = np.zeros((room, w.shape[1]), int)
     number[: len(w)] = which.reshape(w.shape[:2])

@@ -25,6 +25,11 @@ def premises_of(c: "ErrorClaim") -> Premises:
         ("box", MEASURED, c.law.box),
         ("open bins", MEASURED, f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}"),
     ]
+    if c.bin_eps is not None:
+        of = "of the model's claim, of whose tube this one is made"
+        where = of if "network_of_runs" in c.evidence else "in which runs were counted"
+        n = len(c.evidence["blocks"])
+        more.append(("blocks", MEASURED, f"{n} block{'s' * (n > 1)} {where}"))
     try:
         return premises([*shown, *more, *stated_premises(c.facts())])
     except Rejected as why:
@@ -57,8 +62,8 @@ def assumes(p: Premises) -> str:
 def in_short(c: "ErrorClaim") -> str:
     """The claim about a tube in a few words, for pictures."""
     p = c.premises
-    if "eps" not in p:
-        return f"{c.kind}, not shown"
+    if "eps" not in p or "not drawn" in p:
+        return f"{'of runs that nobody drew' if 'eps' in p else c.kind}, not shown"
     without, of = map(int, p["open bins"].split(" of "))
     where = f" in {of - without} of {of} bins" if without else ""
     return f"left with probability ≤ {probability(p['eps'])}{where}, confidence {confidence_of(p)}"
@@ -111,7 +116,11 @@ _SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _
 
 def _pac(p: Premises) -> str:
     eps = probability(p["eps"])
-    by_bin = " (the largest of them, each with its own)" if "bins" in p else ""
+    by_bin, tube = "", "the tube"
+    if "bins" in p:
+        by_bin = f" (the largest, as each has its own, of {p['blocks']})"
+    if "not drawn" in p:
+        tube += " of the model's claim about all its parameters"
     n, many = count_of(p)
     behind = f"{n:,} calibration {'rollouts' if many == 'runs' else many}"
     if "rows" in p:
@@ -120,7 +129,7 @@ def _pac(p: Premises) -> str:
     if "eps asked" in p:
         asked = f" ({p['eps asked']} was asked; {n:,} {many} do not support it.)"
     return (
-        f"With confidence {confidence_of(p)} over the {behind}, {p['law']} leaves the tube at any "
+        f"With confidence {confidence_of(p)} over the {behind}, {p['law']} leaves {tube} at any "
         f"time with probability at most {eps}{by_bin}, in every environment.{asked} "
         f"{_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
     )
@@ -165,7 +174,7 @@ def _counts(p: Premises) -> str:
 def _chosen(p: Premises) -> str:
     """The promise for k from a certified set; shares are probabilities for uniform k. [T5]"""
     if "not drawn" in p:
-        return f"Of runs with {p['not drawn']}, which nobody drew: nothing more."
+        return f"Of this tube, which is of runs with {p['not drawn']}, which nobody drew: nothing."
     eps = probability(p["eps"])
     how = (
         f"{p['k']}, whenever it falls into a certified set that it falls into with probability s, "

@@ -114,6 +114,7 @@ class _Work:
         check_system(system)
         as_key(self.key)
         check_count("n", self.n, 1, "collect(system, key, n=1000)")
+        check_count("first_row", self.first_row, 0, "collect(system, key, n, first_row=1000)")
         given_of(system)
         if not self.is_given:
             return

@@ -173,7 +173,7 @@ def identity_of(system) -> dict:
         "n_q": int(system.n_q),
         "points": list(points_of(system)),
         "dtype of the system": np.dtype(getattr(system, "dtype", np.float64)).name,
-        "code": reader.digest(type(system)),
+        "code": reader.digest_of_type(system),
     }
     for name, value in reader.attributes(system):
         if name not in ("domain", "time", "law", "points"):  # above

@@ -121,7 +121,9 @@ def _assemble(
     q = _numbers(path, "q", arrays["q"]) if "q" in arrays else np.zeros((len(k), 0))
     groups = arrays.get("groups") if groups is None else groups
     named = points_in(path, p, arrays["points"].tolist() if "points" in arrays else points)
-    read = {part: words for part, words in arrays.get("labels", {}).items() if words is not None}
+    if isinstance(known := arrays.get("labels", {}), np.ndarray):
+        raise InputError(f"{path}: expected no array named labels; got one. Say labels= instead.")
+    read = {part: words for part, words in known.items() if words is not None}
     if len(named) > 1:
         read.pop("p", None)  # a name per coordinate of every point
     about = about | {"labels": read | words_of(about["labels"])}

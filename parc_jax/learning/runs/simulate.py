@@ -21,9 +21,7 @@ _KEPT = 8  # compiled systems held at a time: enough for a few plants side by si
 
 
 class Simulator:
-    """The present content of a system, compiled once per chunk shape. Made by `simulator`, which
-    caches the last few.
-    """
+    """The present content of a system, compiled once per chunk shape. Made by `simulator`."""
 
     def __init__(self, system):
         check_system(system)

@@ -24,9 +24,13 @@ from parc_jax.learning.systems.user_code import is_own
 OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels", "k_labels")
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
+_BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
+_WRITTEN = ("__repr__", "__annotate__", "__annotate_func__", "_value2member_map_")  # no numbers
+_MAKING = ("__init__", "__post_init__", "__new__")
+_OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
 
 class Content(NamedTuple):
@@ -60,9 +64,7 @@ def with_digest(text: str, x) -> str:
 
 
 def whole_digest(x) -> str:
-    """Of code and data that a function or an object reaches, private attributes as well, the same
-    in another process.
-    """
+    """Of all code and data that an object reaches, private ones too, the same in any process."""
     return Reader(lasting=True, private=True).digest(x)
 
 
@@ -78,9 +80,14 @@ class Reader:
 
     def digest(self, x) -> str:
         """Equal content, equal digest."""
-        if isinstance(x, _PLAIN):
+        if type(x) in _PLAIN or (isinstance(x, _PLAIN) and not is_own(_file_of(type(x)))):
             return f"{type(x).__name__} {x!r}"
         return self._once(id(x), x, lambda: self._parts(x))
+
+    def digest_of_type(self, x) -> str:
+        """Of the type of an instance, but for what made this: that is read from it."""
+        cls = type(x)
+        return self._once((id(cls), "of one"), cls, lambda: self._class(cls, besides=_MAKING))
 
     def attributes(self, x) -> Iterator[tuple[str, object]]:
         """Attributes of an instance that decide its numbers."""
@@ -124,6 +131,9 @@ class Reader:
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
+        if isinstance(x, _BASES) and is_own(_file_of(type(x))):  # has methods beside its items
+            yield self.digest_of_type(x)
+            yield from (self.digest(part) for part in self.attributes(x))
         jax = sys.modules.get("jax")  # an object of JAX was made by it
         if jax is not None and isinstance(x, jax.core.Tracer):
             yield self._opaque(x)
@@ -139,11 +149,19 @@ class Reader:
                 yield self.digest(key)
                 yield self.digest(value)
         elif isinstance(x, set | frozenset):
-            yield from sorted(self.digest(item) for item in x)
+            yield from sorted(map(self._alone, x))
         elif isinstance(x, list | tuple):
             yield from (self.digest(item) for item in list(x))
+        elif isinstance(x, _PLAIN):
+            yield next(base for base in _PLAIN if isinstance(x, base)).__repr__(x)
         else:
             yield from self._code(x)
+
+    def _alone(self, x) -> str:
+        """As if it were read first: items of a set come in any order, and may reach each other."""
+        known, self._cached = self._cached, dict(self._cached)
+        digest, self._cached = self.digest(x), known
+        return digest
 
     def _array(self, x: np.ndarray) -> Iterator:
         yield x.shape
@@ -154,13 +172,13 @@ class Reader:
             yield np.ascontiguousarray(x).tobytes()
 
     def _code(self, x) -> Iterator:
-        """Functions, methods, classes, modules, by their code where it is the user's; other objects
-        by their attributes.
-        """
+        """Functions, methods, classes, modules, by the user's code; others by their attributes."""
         if isinstance(x, types.FunctionType):
             yield from self._function(x)
         elif isinstance(x, types.CodeType):
             yield x.co_code
+            if x.co_exceptiontable:
+                yield x.co_exceptiontable
             yield x.co_names + x.co_varnames + x.co_freevars
             yield from (self.digest(constant) for constant in x.co_consts)
         elif isinstance(x, types.MethodType):
@@ -193,19 +211,22 @@ class Reader:
         if not told and not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
             yield self._opaque(x)
             return
-        yield self.digest(type(x))
+        yield self.digest_of_type(x)
         for name, value in named:
             yield name
             yield self.digest(value)
 
-    def _class(self, cls: type) -> Iterator:
+    def _class(self, cls: type, besides: tuple[str, ...] = ()) -> Iterator:
         yield _name_of(cls)
         for base in cls.__mro__:
             if not is_own(_file_of(base)):
                 continue
-            for name, value in list(vars(base).items()):
-                if name.startswith("__") and name != "__call__":
+            # by name: a class that was sent by value has them in another order
+            for name, value in sorted(vars(base).items()):
+                if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
+                if name.startswith("__") and not (callable(value) or hasattr(value, "__get__")):
+                    continue  # told by Python of the class: its text, lines, annotations
                 if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
                     continue  # slots: read from the instance
                 yield name

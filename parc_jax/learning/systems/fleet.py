@@ -36,9 +36,7 @@ from parc_jax.learning.systems.user_code import blamed, said
 
 
 class Processes(Executor):
-    """As many places as workers; a process starts with the first call in its place, or the first
-    after one died there.
-    """
+    """As many places as workers; a place's first call starts its process, also after a death."""
 
     def __init__(self, workers: int):
         if getattr(multiprocessing.current_process(), "_inheriting", False):

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
@@ -103,9 +104,12 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     # the law of k says nothing about parameters that no plan chooses
     not_drawn = [p.words for p in executions.parameters if p.source is not None]
     about = {"network_of_runs": model.claim.network, "not_drawn": not_drawn}
+    changes = {"tube": wider, "subject": subject, "network": one.net.hash, "bin_eps": bin_eps}
     if bin_eps is not None:
         about["bin_share"] = None  # of other bins than these
-    changes = {"tube": wider, "subject": subject, "network": one.net.hash, "bin_eps": bin_eps}
+        # runs were counted in the old bins alone, so of a new one by itself nothing is known
+        facts = model.claim.facts()
+        changes["quantifier"] = words_of(facts, facts["law"])[1]
     claim = derived(model.claim, **changes, evidence=about)
     return model.replace(net=one.net, claim=claim, held=None)
 
@@ -167,9 +171,7 @@ def _tube(
 
 
 def _knots(values: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Outputs (b, n_out, ...) as (b, T + 1, m, n_p, ...), zero where the first point starts, and
-    (b, n_q, ...).
-    """
+    """Outputs as (b, T + 1, m, n_p, ...), zero where the first point starts, and (b, n_q, ...)."""
     rest = values.shape[2:]
     start = np.zeros((len(values), layout.n_p, *rest))
     knots = np.concatenate([start, values[:, : layout.n_offsets]], axis=1)

@@ -201,9 +201,7 @@ def deepest_mixture(depth: Float[ArrayLike, "d i"]):
 
 
 def _solved(M: Float[ArrayLike, "i i"], r: Float[ArrayLike, " i"]):
-    """x (i,) with M x = r, M positive definite. Elimination written out: LAPACK is slow for batches
-    of so small systems.
-    """
+    """x (i,) with M x = r, M positive definite, written out: LAPACK is slow for small systems."""
     rows = jnp.concatenate([M, r[:, None]], axis=1)
     for i in range(len(r)):
         row = rows[i] / rows[i, i]
@@ -268,9 +266,7 @@ def _deepest(
     weights: Float[ArrayLike, "v i"],
     corners: Vectors,
 ):
-    """Largest gap () over the corners of z of one vertex of k, whose points lose as much as `_lost`
-    says, mixed by weights.
-    """
+    """Largest gap () over corners of z of a vertex of k, points less `_lost`, mixed by weights."""
     # a mixture of points has the same mixture of their errors
     at = corners + dot(weights[:, None], at.T[None])
     lost = dot(weights[:, None], lost.T[None])

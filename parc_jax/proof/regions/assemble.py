@@ -28,9 +28,7 @@ from parc_jax.proof.regions.table import RegionTable
 def cell_volumes(
     x: np.ndarray, boundaries: tuple[tuple[np.ndarray, np.ndarray], ...]
 ) -> np.ndarray:
-    """Volumes (r,) of the n-faces. x: (V, n). boundaries[k - 1]: (k-1)-faces of the k-faces, flat,
-    and offsets.
-    """
+    """Volumes (r,) of n-faces of x (V, n). boundaries[k - 1]: of k-faces, flat, with offsets."""
     n = x.shape[1]
     ends = boundaries[0][0].reshape(-1, 2)
     apex = ends.min(axis=1)  # the vertex c of every face
@@ -56,9 +54,7 @@ def cell_volumes(
 
 
 def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
-    """v ^ M (C(n, k), m) of vectors v (n, m) and (k-1)-vectors M (C(n, k - 1), m); index sets in
-    lexicographic order.
-    """
+    """v ^ M (C(n, k), m) of v (n, m), M (C(n, k - 1), m) of k - 1; lexicographic index sets."""
     table = _wedge_table(len(v), k)
     out = np.empty((len(table), v.shape[1]))
     for component, terms in zip(out, table, strict=True):

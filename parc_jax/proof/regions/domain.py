@@ -88,9 +88,7 @@ def box_complex(lo: np.ndarray, hi: np.ndarray, n_columns: int) -> Complex:
 
 @lru_cache
 def _box_faces(n: int):
-    """Corners (2^n, n) bool, and per dimension the faces of the unit box: boundaries, sizes, a
-    corner, facet labels.
-    """
+    """Corners (2^n, n) bool; faces of a box by dimension: boundaries, sizes, corner, labels."""
     # per axis a face lies at 0 (low), 1 (high) or is 2 (free); its dimension is the number of 2s
     faces = {k: [f for f in product((0, 1, 2), repeat=n) if f.count(2) == k] for k in range(n + 1)}
     number = {face: i for same in faces.values() for i, face in enumerate(same)}

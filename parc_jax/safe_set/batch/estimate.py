@@ -54,9 +54,7 @@ def _along_edges(
     path: Float[jax.Array, "c n_c knots"],
     error: Float[jax.Array, "c n_p intervals"],
 ):
-    """The largest gap along edge normals of the grown obstacle: exact beside an edge, too small
-    around a corner of a disc.
-    """
+    """Gap along edge normals of a grown obstacle: exact at edges, too small at a disc's corner."""
 
     places = path.swapaxes(0, 1)
 

@@ -307,9 +307,7 @@ class Corridors:
 
     @cached_property
     def _stacked(self) -> tuple[Conditions, Conditions]:
-        """All corridors on the device, padded to few sizes: at all intervals in float64, and on the
-        coarse grid in float32.
-        """
+        """All corridors on the device, padded to few sizes; on a coarse grid also in float32."""
         w, support, points, count = stacked(self.all, padded_size(len(self)))
         few = lambda x: np.ascontiguousarray(x[..., self._knots], np.float32)  # noqa: E731
         with x64():

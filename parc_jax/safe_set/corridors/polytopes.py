@@ -101,9 +101,7 @@ class Polytopes:
 
     @cached_property
     def _solids(self) -> list[Solid]:
-        """Geometry of the polytopes, without those thinner than rounding; of sections at the one
-        start, where all plans have it.
-        """
+        """Geometry of polytopes thicker than rounding; of sections if all plans have one start."""
         return [shape for shape in map(self._solid, self.all) if shape is not None]
 
     def _solid(self, polytope: SafePolytope) -> Solid | None:

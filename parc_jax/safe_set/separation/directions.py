@@ -280,9 +280,7 @@ def _sizes(A: np.ndarray) -> list[int]:
 
 
 def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: int) -> Multiplier:
-    """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: the unit
-    of a row does not matter.
-    """
+    """Multipliers near `share`, rounded as if rows of sizes 2^power had unit length."""
     power = [power[i] for i in rows]
     size = [s * 2.0**p for s, p in zip(share, power, strict=True)]
     largest = max(size)

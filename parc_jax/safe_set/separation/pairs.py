@@ -147,9 +147,7 @@ class Obstacles:
         return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius
 
     def gap(self, o: Index, start: Knot, end: Knot, errors: ErrorSet):
-        """The same for one pair and one interval: start, end its knots, errors (n_points,). Kernel,
-        and on the host.
-        """
+        """The same for one pair, interval: knots start, end, errors (n_points,). Kernel, host."""
         if isinstance(start, jax.Array):
             return self.only(o).gap(start, end, errors)
         if self.closed:  # compiling would cost more

@@ -51,9 +51,7 @@ def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: Mod
 
 
 def dot2(a: Float[ArrayLike, "*#b 2"], b: Float[ArrayLike, "*#b 2"]):
-    """Row-wise dot product in the plane, written out so that it fuses and never becomes a
-    reduced-precision matmul.
-    """
+    """Row-wise dot in the plane, written out: it fuses, and is no reduced-precision matmul."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
 
 

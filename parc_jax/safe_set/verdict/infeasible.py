@@ -131,18 +131,14 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
 
 
 def _about_first(scene: Scene):
-    """The parts of the body about the first reference point p: p + v, grown by a radius [m], as
-    boxes (lo, hi, radius) of one v.
-    """
+    """Parts of the body about its first point: boxes lo, hi of p + v, grown by a radius [m]."""
     for part in numbered(scene.problem.body, scene.model.points):
         if 0 in part.points:
             yield from _grown(part.shape, np.zeros((2, scene.model.n_p)))
 
 
 def _at_the_start(scene: Scene):
-    """The same at the start, of points and their mean in each part, wherever in a box the model has
-    them for some k.
-    """
+    """The same at the start, of points and their means, wherever the model has them for some k."""
     model = scene.model
     start = np.zeros((2, model.n_points, model.n_p))
     if model.n_points > 1:
