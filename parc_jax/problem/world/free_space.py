@@ -119,6 +119,7 @@ class FreeSpace:
     refuting: number of beams that refuted some of it, of the last scan that was added.
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
+    memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
     """
 
     region: Any
@@ -128,6 +129,7 @@ class FreeSpace:
     refuting: int = 0
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
+    memory: bool = field(default=False, repr=False)
 
     def __post_init__(self):
         for name in ("gone", "standing"):
@@ -136,29 +138,32 @@ class FreeSpace:
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
-        [T41d] other: no older than this: nothing here knows times, and the scan added is believed.
+        [T41d] other: a scan, a place or a map that is no older than this: nothing here knows times,
+        and the scan added is believed. Raises InputError for a memory.
 
         The part that a scan refutes leaves: places of its hits inside the other region, and the
         area behind them, until a later scan measures it free. [T44] Two scans refute one another,
         in either order.
         """
+        if other.memory:
+            raise InputError(
+                f"{CALL} add: expected a scan or a place; got a memory, whose scans can refute "
+                "nothing any more. Add its scans one by one, in the order in which they were made."
+            )
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = other._refuted(self.region)
         others, leaves, more = self._refuted(other.region)
-        nothing = package("shapely", CALL).Polygon()
-        gone, standing = left.union(leaves), nothing
-        for one, now in ((self, other), (other, self)):
-            seen = nothing if now.beams is None else now.region
-            gone = gone.union(one.gone.difference(seen))
-            standing = standing.union(one.standing.difference(seen))
+        # only what is newer measures free what was refuted
+        seen = package("shapely", CALL).Polygon() if other.beams is None else other.region
+        gone = left.union(leaves).union(self.gone.difference(seen)).union(other.gone)
+        standing = self.standing.difference(seen).union(other.standing)
         # holes are filled before refuted parts leave, which would look like holes
         region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
         for away in (ends, others, gone, standing):
             if not away.is_empty:
                 region = _areas(region.difference(away))
-        newer = (self.newer or other.newer) and (self.newer or self).add(other.newer or other)
-        width = max(widths, default=0.0)
-        return FreeSpace(region, width, gone, standing, some + more, newer=newer)
+        newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
+        return FreeSpace(region, width, gone, standing, some + more, newer=newer, memory=True)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called
@@ -166,12 +171,12 @@ class FreeSpace:
         """
         nothing = package("shapely", CALL).Polygon()
         if self.newer is None:
-            return replace(self, beams=None, newer=FreeSpace(nothing, self.width))
+            return replace(self, beams=None, newer=FreeSpace(nothing, self.width), memory=True)
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
         newer = FreeSpace(nothing, self.width)
-        return FreeSpace(left, self.width, gone, self.standing, newer=newer)
+        return FreeSpace(left, self.width, gone, self.standing, newer=newer, memory=True)
 
     @property
     def said(self) -> str:
