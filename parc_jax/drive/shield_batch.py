@@ -101,8 +101,8 @@ class BatchShield:
         of the robot, a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
     far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
-    All of it is float64: refused where `jax.enable_x64` does not hold. Raises InputError, also for
-    a model of several points, and for `every` at which no run of its claim was left.
+    All is computed in float64: refused where `jax.enable_x64` does not hold. Raises InputError,
+    also for a model of several points, and for `every` at which no run of its claim was left.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class BatchShield:
         return new.replace(steps=new.steps + 1), Driven(driven, changed, reason)
 
     def _seen(self, *of: Any) -> list[jax.Array]:
-        """Raises InputError."""
+        """All of it in float64. Raises InputError."""
         if not jax.config.jax_enable_x64:
             raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
         with reading("BatchShield", "arrays of numbers"):
@@ -208,7 +208,7 @@ class BatchShield:
                 f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "
                 f"(b, o, v, 2), active (b, o), action (b, m); got {told}."
             )
-        return found
+        return [x if x is active else x.astype(float) for x in found]
 
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.

@@ -257,3 +257,16 @@ def test_an_action_of_one_number_is_not_taken_for_two(batch):
         one = jax.eval_shape(made.start, *seen)
         with pytest.raises(pj.InputError, match=r"chosen parameters \(3, 2\); got \(3, 1\)"):
             jax.eval_shape(made.step, one, *seen, np.zeros((3, 1)))
+
+
+def test_what_comes_in_float32_is_computed_in_float64(batch):
+    """As Brax has it: margins pay for the rounding of float64 alone."""
+    made, *_ = batch
+    *numbers, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    of = [*(x.astype(np.float32) for x in numbers), there]
+    with jax.enable_x64(True):
+        one = jax.eval_shape(made.start, *of)
+        new, driven = jax.eval_shape(made.step, one, *of, np.zeros((3, 2), np.float32))
+    for under_way in (one, new):  # the same kind, so that a loop may carry it
+        numbers = under_way.k, under_way.pose, under_way.given, under_way.clearance, driven.action
+        assert all(x.dtype == np.float64 for x in numbers)
