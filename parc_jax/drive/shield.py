@@ -5,6 +5,7 @@ driven, whose stop is in hand. [T37, T38]
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -195,7 +196,7 @@ class Shield(gymnasium.Wrapper):
         self._left = decision.left or (self._left and not over)
         one = decision.committed
         assert one is not None  # the stop of the reset at least
-        driven = self._driven(one.k, now - float(one.begin)).astype(self.action_space.dtype)
+        driven = self._driven(one.k, now - float(one.begin))
         observation, reward, terminated, truncated, info = self.env.step(driven)
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
@@ -288,6 +289,9 @@ class Shield(gymnasium.Wrapper):
                 "ask: expected chosen parameters within K for the action "
                 f"{action.tolist()!r:.60}; got {proposed.tolist()!r:.60}"
             )
+        k = self._rows[0].copy()
+        k[self._chosen] = proposed
+        self._driven(k, 0.0)
         return proposed
 
     def _euclidean(self, proposed: np.ndarray, candidates: np.ndarray) -> np.ndarray:
@@ -302,13 +306,19 @@ class Shield(gymnasium.Wrapper):
         """Raises InputError where actions and manoeuvres of each other are not."""
         space = self.action_space
         check_kind("Shield: action space", space, gymnasium.spaces.Box)
+        if space.dtype not in (np.float32, np.float64):  # else what is driven is not what is proved
+            raise InputError(f"Shield: expected actions of float32 or float64; got {space.dtype}.")
         for corner in (space.low, space.high):
             with reading("Shield: ask", f"to take actions of shape {space.shape}", Exception):
                 self._asked(corner)
-        for seconds in (0.0, 1.0):
-            self._driven(self._rows[0], seconds)
+        for k, seconds in product(self._rows, (0.0, 1.0)):
+            self._driven(k, seconds)
 
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
+        space = self.action_space
         with blamed("act: expected the action of a manoeuvre"):
-            return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)
+            action = as_float64("act", self._act(k, seconds, self._last), space.shape)
+        if not space.contains(driven := action.astype(space.dtype)):
+            raise InputError(f"act: expected an action within {space}; got {action.tolist()!r:.60}")
+        return driven
