@@ -34,6 +34,7 @@ AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far inside is outside
 SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
+STOOD = 0.01  # [m] a robot that moves less has stood
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 
@@ -208,7 +209,8 @@ def left_tube(
 
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
-    time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
+    time between records of the model; until the first begins the robot stands, to 1 cm. heading
+    (n,) [rad]: of a robot whose poses have one.
     The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
     other goal states (q), which only `end` rests on. Raises InputError.
     """
@@ -241,6 +243,12 @@ def left_tube(
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
                 f"{exact(one.begin)} s."
             )
+    # of what it drove before, after a restart or by hand, nobody knows whether its tube was left
+    if not (np.abs(path[: begin[0]] - path[begin[0]]) <= STOOD).all():
+        raise InputError(
+            "left_tube: expected a robot that stands until the first manoeuvre; got a path that "
+            f"moves before {exact(commitments[0].begin)} s."
+        )
     begins = getattr(commitments[0].episode, "begins", ())
     begun = sum(round(float(one) / step) < len(path) - 1 for one in begins)
     if begun > len(commitments):
