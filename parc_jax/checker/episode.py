@@ -165,9 +165,8 @@ class Chain:
         passed = other.begin - one.begin
         need(passed > 0, "it began before the one before it")
         need(2 * passed >= context.dt, "it began within half a time step of the one before it")
-        step = min(passed // context.dt, context.T)
-        knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
-        t = min(step, context.T - 1)
+        knot = min(passed / context.dt, Fraction(context.T))
+        t = min(int(knot), context.T - 1)
         # a knot belongs to both its intervals
         before = t - (t > 0 and passed - t * context.dt <= SAME)
         after = min(t + ((t + 1) * context.dt - passed <= SAME), context.T - 1)
@@ -178,22 +177,23 @@ class Chain:
             for i in range(context.n_points // self.copies):
                 way = sign * moved[axis]
                 if i > 0:  # the first point is at the pose
-                    way -= self.reach(other, [0], 0, i, back) + self.lost(other, i)
+                    way -= self.reach(other, Fraction(0), 0, i, back) + self.lost(other, i)
                 for s in {before, t, after}:
-                    if not way <= self.reach(one, knots, s, i, w) + off:
+                    if not way <= self.reach(one, knot, s, i, w) + off:
                         return False
         return True
 
-    def reach(self, one: Begun, knots: list, t: int, i: int, w: list) -> Fraction:
+    def reach(self, one: Begun, knot: Fraction, t: int, i: int, w: list) -> Fraction:
         """The most along w, in its own frame, that point i of the robot may be from the start of a
-        manoeuvre at these knots, with the errors of interval t.
+        manoeuvre after so many intervals, straight between knots, with the errors of interval t.
         """
-        found = []
-        for s, copy in itertools.product(knots, range(self.copies)):
-            number = i * self.copies + copy
-            errors = one.errors[t][number]
+        before, found = int(knot), []
+        for n in range(i * self.copies, (i + 1) * self.copies):
+            errors = one.errors[t][n]
             self.context.spend(errors.cost)
-            found.append(dot(w, self.place(one, s, number)) + errors.support(w))
+            ends = [dot(w, self.place(one, s, n)) for s in (before, math.ceil(knot))]
+            there = ends[0] + (knot - before) * (ends[1] - ends[0])
+            found.append(there + errors.support(w))
         return max(found)
 
     def place(self, one: Begun, s: int, i: int) -> list:
@@ -211,7 +211,7 @@ class Chain:
         axes = [
             [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
         ]
-        return 4 * OFF * sum(abs(self.reach(other, [0], 0, i, w)) for w in axes)
+        return 4 * OFF * sum(abs(self.reach(other, Fraction(0), 0, i, w)) for w in axes)
 
     def moves_at_end(self):
         """[m] that a coordinate of a point changes in the last interval of the last manoeuvre at

@@ -57,7 +57,7 @@ def test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther(seed)
             return beyond(robot, (place, k), (next_place, next_k), passed, doubt)
 
         # along the other axis in the middle of where it may be
-        steps = min(int(passed / DT), robot.T)
+        steps = min(passed / DT, robot.T)
         next_place[1 - axis] = place[1 - axis] + robot.at(steps, 0, 0, k)[1 - axis]
         at = sign * robot.at(steps, 0, 0, k)[axis]
         if out(at) > 0:
@@ -85,7 +85,7 @@ def test_so_it_is_for_a_robot_that_turns(seed):
     k, passed = F(draw.randint(-64, 64), 64), DT * draw.choice([1, F(5, 2), 3])
     one, turned = F(draw.randint(-190, 190), 64), F(draw.randint(-8, 8), 64)
     turns = [(F(math.cos(x)), F(math.sin(x))) for x in (one, one + turned)]
-    way = robot.at(int(passed / DT), 0, 0, k)
+    way = robot.at(passed / DT, 0, 0, k)
     (cos, sin), place = turns[0], [F(1, 2), F(-1, 4)]
     world = [cos * way[0] - sin * way[1], sin * way[0] + cos * way[1]]
     aside = [F(draw.randint(-64, 64), 64) for _ in range(2)]
