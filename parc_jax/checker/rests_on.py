@@ -60,6 +60,8 @@ def known_premises(episode: dict) -> list:
         shown = f"{points} reference points, within their errors, show no other"
         shown = shown if points > 1 else "one reference point shows none"
         told.append(["heading", ASSUMED, f"that of the poses: {shown}"])
+        same = "a run with another heading is the same run, turned, as far as the claim allows"
+        told.append(["ROTATION_INVARIANCE", ASSUMED, same])  # whatever a claim leaves out
     return [
         *told,
         ["poses", ASSUMED, [*off, f"{decimal(drift)} m of drift from one to the next"]],

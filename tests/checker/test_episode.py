@@ -120,6 +120,16 @@ def test_a_heading_that_jumps_is_seen_where_two_points_show_it():
     assert "assumed heading: that of the poses" in said(robot.episode(done))
 
 
+@pytest.mark.parametrize("claim", [None, {"kind": "declared", "reason": "x", "assumptions": []}])
+def test_who_has_a_heading_rests_on_runs_that_turn_whatever_its_claim_says(claim):
+    robot = Robot(3)
+    for heading in (None, F(1, 3)):
+        file = robot.episode(robot.driven(2, heading)) | {"claim": claim}
+        told = said(sealed(file, told=True))
+        words = "assumed ROTATION_INVARIANCE: a run with another heading is the same run, turned"
+        assert (words in told) is (heading is not None)
+
+
 def a_body_that_shrinks(file):
     for one in file["manoeuvres"][1:]:
         one["problem"]["body"]["parts"][0]["radius"] = "0"
@@ -260,12 +270,12 @@ def test_numbers_of_all_that_it_rests_on_are_told():
     assert told.count("sha256 episode") == 1
 
 
-@pytest.mark.parametrize("number", range(14))
+@pytest.mark.parametrize("number", range(15))
 def test_each_premise_told_otherwise_is_refused(number):
     """Another value or another standing, and none at all."""
     robot = Robot(5, points=2)
     file = robot.episode(robot.driven(heading=F(0)))
-    assert len(file["premises"]) == 14
+    assert len(file["premises"]) == 15
     name, standing, value = file["premises"][number]
     changed = [
         [name, standing, ["other"]],
