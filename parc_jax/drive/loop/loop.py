@@ -200,7 +200,13 @@ class Loop:
             raise InputError(f"prefer: expected a function of an Outlook; got {prefer!r:.60}.")
         try:
             if measured is not None:
-                begin = min(begin, float(as_float64("measured", measured, ())))
+                seen = float(as_float64("measured", measured, ()))
+                if seen > begin:
+                    raise InputError(
+                        f"measured: expected an earlier reading of the loop's own clock, which is "
+                        f"at {begin:g} s; got {seen:g} s. No deadline counts from there"
+                    )
+                begin = seen
             now, here = self._time(at, begins=True), self._here(pose)
             k = self._all_of_k(self._with_command(given, now))
             self._require_inside(here, now, k[0], drift)
