@@ -97,8 +97,7 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
 
 class Chain:
     """Manoeuvres of an episode as they come, with what it says of all of them: network, tube,
-    copies and doubt. work: that they may ask for. last: the last of them, as it is Begun; nothing
-    is kept of those before.
+    copies and doubt. work: that they may ask for. last: the one that is kept, as it is Begun.
     """
 
     def __init__(self, episode: dict, work: float = math.inf):
@@ -108,8 +107,7 @@ class Chain:
 
     def add(self, entry: dict) -> bool:
         """Checks one more; returns whether it began where the one before it may have been left.
-        Raises Rejected where it is not safe from its pose, began no later than the one before, or
-        is about another body or frame.
+        Raises Rejected where it is not safe from its pose, began too early, or has another body.
         """
         fields(entry, ("begin", "pose", "problem", "sample"))
         if self.context is None:
@@ -187,13 +185,12 @@ class Chain:
         """The most along w, in its own frame, that point i of the robot may be from the start of a
         manoeuvre after so many intervals, straight between knots, with the errors of interval t.
         """
-        before, found = int(knot), []
+        found = []
         for n in range(i * self.copies, (i + 1) * self.copies):
             errors = one.errors[t][n]
             self.context.spend(errors.cost)
-            ends = [dot(w, self.place(one, s, n)) for s in (before, math.ceil(knot))]
-            there = ends[0] + (knot - before) * (ends[1] - ends[0])
-            found.append(there + errors.support(w))
+            begin, end = (dot(w, self.place(one, s, n)) for s in (int(knot), math.ceil(knot)))
+            found.append(begin + knot % 1 * (end - begin) + errors.support(w))
         return max(found)
 
     def place(self, one: Begun, s: int, i: int) -> list:
@@ -208,9 +205,8 @@ class Chain:
         if other.heading is None:
             return Fraction(0)
         n_p = self.context.n_p
-        axes = [
-            [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
-        ]
+        axes = [[int(a == axis) for a in range(n_p)] for axis in range(n_p)]
+        axes += [[-x for x in w] for w in axes]
         return 4 * OFF * sum(abs(self.reach(other, Fraction(0), 0, i, w)) for w in axes)
 
     def moves_at_end(self):

@@ -55,15 +55,13 @@ class Shield(gymnasium.Wrapper):
     each run is inside its tube, nothing that stands is touched that was sensed when the manoeuvre
     under way began, and nothing that moves until `certified_until`, whatever is proposed. [T38]
 
-    model: its manoeuvres are an action for `every` seconds, then a brake to rest; n_k given and
-        chosen parameters, as of `Loop`.
+    model: its manoeuvres are an action for `every` seconds, then a brake to rest; k as of `Loop`.
     system: the black box that the environment drives; refused where the model is of another one.
     body: as of `reach_avoid`.
     every: [s] of one step of the environment.
     sense: (environment, observation) -> Sensed, before each step.
     ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.
-    act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in the runs
-        that the model was learned from.
+    act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in its runs.
     rest: chosen parameters of a stop, zeros by default: at each reset the nearest to it that is
         certified begins, and there must be one. Every manoeuvre ends in a stop.
     candidates (b, n_chosen): alternatives, at most 62; even over K by default.
@@ -81,9 +79,8 @@ class Shield(gymnasium.Wrapper):
     to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
     False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
     `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
-    in `reset` where no stop is certified. An action that is not finite, has another shape, or
-    cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the
-    stop under way, with a sentence.
+    in `reset` where no stop is certified. An action that is none, or cannot be asked for or driven,
+    and sensing that fails or leads out of the tube, end in the stop under way, with a sentence.
     """
 
     __passing__ = ("commitments", "_observation", "_last", "_steps", "_left")  # of an episode
@@ -204,9 +201,8 @@ class Shield(gymnasium.Wrapper):
         proposed = None
         with contextlib.suppress(Exception):  # the policy may propose anything
             proposed = np.array(action)
-        about = {"proposed": proposed, "driven": driven, "changed": changed}
-        about |= {"reason": decision.reason, "left": left}
-        info = info | {"shield": about | self._about(one)}
+        about = {"proposed": proposed, "driven": driven, "changed": changed, "left": left}
+        info = info | {"shield": about | {"reason": decision.reason} | self._about(one)}
         return observation, reward, terminated, truncated, info
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:

@@ -97,8 +97,7 @@ class BatchShield:
     its directions are not searched for: near the least that is asked it may be warier; and no k on
     an edge between bins is safe to it. [T14, T28, T38]
 
-    model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
-        of the robot, a disc.
+    model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
     far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
     All is computed in float64: refused where `jax.enable_x64` does not hold. Raises InputError,
@@ -199,11 +198,11 @@ class BatchShield:
         if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
             raise InputError(f"active: expected bool; got {active.dtype}.")
         b, o = active.shape if active.ndim == 2 else (0, 0)
-        turns, told = self._model.rotation is not None, [x.shape for x in found]
-        poses = [(b, 2), (b, 3)] if turns else [(b, 2)]
-        wanted = [(b, len(self._given)), (b, o, *told[2][2:3], 2), (b, o)]
+        turns, n = self._model.rotation is not None, len(self._given)
+        told = [x.shape for x in found]
+        poses, wanted = [(b, 2), (b, 2 + turns)], [(b, n), (b, o, *told[2][2:3], 2), (b, o)]
         if told[0] not in poses or told[1:4] != wanted or any(x[:1] != (b,) for x in told):
-            pose, n = "2 or 3" if turns else "2; its model declares no rotation", len(self._given)
+            pose = "2 or 3" if turns else "2; its model declares no rotation"
             raise InputError(
                 f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "
                 f"(b, o, v, 2), active (b, o), action (b, m); got {told}."

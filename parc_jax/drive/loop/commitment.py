@@ -60,9 +60,8 @@ class Commitment:
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
     [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
     its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
-    them, and files tell of the first.
-    episode: one list for all commitments of an episode of one loop, of the one under way. command:
-    when its command is given, in words, where that is not at its begin.
+    them, and files tell of the first. episode: one list for all commitments of an episode of one
+    loop, of the one under way. command: when it is given, in words, where not at its begin.
     """
 
     number: int
@@ -96,8 +95,7 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends that no other goes on (`Span.more`). Before its span an obstacle
-        is said to be nowhere.
+        obstacle with a span ends that no other goes on (`Span.more`). Before it one is nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
         begun = {span[0] for span in spans}
@@ -116,8 +114,7 @@ class Commitment:
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
-        parts = [self.part]
-        return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
+        return answer_part(asked.problem, asked.model, [self.part], [], [], no_plan=None, meta=meta)
 
     @property
     def shared(self) -> Premises:

@@ -59,13 +59,11 @@ GUARDS = """#include <float.h>
 
 
 def write_c(answer: Answer, path, name: str | None = None) -> Path:
-    """Write an answer's corridors as a C99 header without dependencies; it appears complete or not
-    at all.
+    """Write an answer's corridors as a C99 header without dependencies, all of it or nothing.
 
     name: prefix of its functions; default: the name of the file. A plan that the header calls safe
     satisfies one of the answer's corridors, tested in float64 with the margins of the answer
-    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where these margins would
-    not pay for all rounding.
+    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where they do not pay.
     """
     path = Path(path)
     name = path.stem if name is None else name

@@ -142,8 +142,7 @@ class FreeSpace:
         and the scan added is believed. Raises InputError for a memory.
 
         The part that a scan refutes leaves: places of its hits inside the other region, and the
-        area behind them, until a later scan measures it free. [T44] Two scans refute one another,
-        in either order.
+        area behind them, until a later scan measures it free. [T44] Two scans refute each other.
         """
         if other.memory:
             raise InputError(
@@ -151,8 +150,8 @@ class FreeSpace:
                 "nothing any more. Add its scans one by one, in the order in which they were made."
             )
         widths = [w for w in (self.width, other.width) if w]
-        ends, left, some = other._refuted(self.region)
-        others, leaves, more = self._refuted(other.region)
+        ends, left, some = (other.beams or STANDS).refuted(self.region)
+        others, leaves, more = (self.beams or STANDS).refuted(other.region)
         # only what is newer measures free what was refuted
         seen = package("shapely", CALL).Polygon() if other.beams is None else other.region
         gone = left.union(leaves).union(self.gone.difference(seen)).union(other.gone)
@@ -169,13 +168,12 @@ class FreeSpace:
         """What was seen since the last call alone is free, all of it at the first call: called
         every t seconds, no place stays free that was not seen for 2t. [T44]
         """
-        nothing = package("shapely", CALL).Polygon()
+        newer = FreeSpace(package("shapely", CALL).Polygon(), self.width)
         if self.newer is None:
-            return replace(self, beams=None, newer=FreeSpace(nothing, self.width), memory=True)
+            return replace(self, beams=None, newer=newer, memory=True)
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
-        newer = FreeSpace(nothing, self.width)
         return FreeSpace(left, self.width, gone, self.standing, newer=newer, memory=True)
 
     @property
@@ -188,13 +186,6 @@ class FreeSpace:
             f"came, or the pose is off by more than its uncertainty; {self.gone.area:.2g} m² are "
             "not known to be free any more, until they are seen again"
         )
-
-    def _refuted(self, region: "shapely.Geometry"):
-        """`Beams.refuted` of its beams, if any."""
-        if self.beams is None or self.beams is STANDS:
-            nothing = package("shapely", CALL).Polygon()
-            return nothing, nothing, 0
-        return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """Its part in a square, reach [m] to each side of (x, y[, heading]). Raises InputError."""
@@ -214,8 +205,7 @@ class FreeSpace:
         place: (x, y) [m] at which the drift is bounded, or (x, y, heading).
         moved: [m] bound, a radius, or half axes of an ellipse along the heading and across it:
             odometry of wheels is worse along.
-        turned: [rad] bound. Far parts lose more: restrict it first (`within`).
-        Raises InputError.
+        turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises InputError.
         """
         middle = package("shapely", CALL).Point(place_of(place))
         along, across = (
@@ -274,8 +264,7 @@ class FreeSpace:
         """Does a body lie inside, in one part? It must at the start. [T41]
 
         corners: (n, 2) [m], the body is their hull.
-        uncertainty: [m] bound of the error of its place.
-        Raises InputError.
+        uncertainty: [m] bound of the error of its place. Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
@@ -309,8 +298,7 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     """The free space under a body, the hull of its corners (n, 2) [m].
 
     margin: [m] grown by this, declared by a person who has looked around the robot before its
-        start; negative: shrunk by the uncertainty of the pose.
-    Raises InputError.
+        start; negative: shrunk by the uncertainty of the pose. Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
     margin = float(as_float64("free_place margin", margin, ()))
