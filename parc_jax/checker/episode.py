@@ -164,7 +164,8 @@ class Chain:
         need(passed > 0, "it began before the one before it")
         need(2 * passed >= context.dt, "it began within half a time step of the one before it")
         knot = min(passed / context.dt, Fraction(context.T))
-        t = min(int(knot), context.T - 1)
+        step = int(knot)
+        t = min(step, context.T - 1)
         # a knot belongs to both its intervals
         before = t - (t > 0 and passed - t * context.dt <= SAME)
         after = min(t + ((t + 1) * context.dt - passed <= SAME), context.T - 1)
