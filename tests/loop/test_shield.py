@@ -251,6 +251,19 @@ def test_an_action_that_the_environment_does_not_take_as_it_is_is_none(model):
     assert env.step(AHEAD / 2)[4]["shield"]["reason"] == ""
 
 
+@pytest.mark.parametrize(("kind", "by"), [(np.float32, 1.2e-7), (np.float64, 2.3e-16)])
+def test_an_action_that_rounding_left_beyond_a_bound_is_driven_at_it(model, kind, by):
+    """As `act` in JAX's float32 may: it is no other action."""
+    bare = Platform(posts=[[5.0, 5.0]])
+    bare.action_space = gymnasium.spaces.Box(-1.0, 1.0, (2,), kind)
+    env = shielded(bare, model, act=lambda *of: (1 + by) * act(*of))
+    env.reset()
+    shield = env.step(AHEAD)[4]["shield"]
+    assert shield["reason"] == "" and (shield["driven"] == AHEAD).all()
+    with pytest.raises(pj.InputError, match="act: expected an action within Box"):
+        shielded(bare, model, act=lambda *of: (1 + 1e-5) * act(*of))
+
+
 def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_path, capsys):
     """It goes a third farther than the model says: the tube is left, and nothing new begins. The
     file of the drive says so, since what it proves is not of this drive.
