@@ -201,7 +201,7 @@ class BatchShield:
         turns, n = self._model.rotation is not None, len(self._given)
         told = [x.shape for x in found]
         poses, wanted = [(b, 2), (b, 2 + turns)], [(b, n), (b, o, *told[2][2:3], 2), (b, o)]
-        if told[0] not in poses or told[1:4] != wanted or any(x[:1] != (b,) for x in told):
+        if told[0] not in poses or told[1:4] != wanted or any(not x[1:] or x[0] != b for x in told):
             pose = "2 or 3" if turns else "2; its model declares no rotation"
             raise InputError(
                 f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "

@@ -257,6 +257,8 @@ def test_an_action_of_one_number_is_not_taken_for_two(batch):
         one = jax.eval_shape(made.start, *seen)
         with pytest.raises(pj.InputError, match=r"chosen parameters \(3, 2\); got \(3, 1\)"):
             jax.eval_shape(made.step, one, *seen, np.zeros((3, 1)))
+        with pytest.raises(pj.InputError, match=r"action \(b, m\); got .*, \(3,\)\]"):
+            jax.eval_shape(made.step, one, *seen, np.zeros(3))
 
 
 def test_what_comes_in_float32_is_computed_in_float64(batch):
