@@ -200,10 +200,9 @@ class Loop:
         try:
             if measured is not None:
                 own, begin = begin, float(as_float64("measured", measured, ()))
-                if begin > own:  # no deadline would count from there
-                    raise InputError(
-                        f"measured: expected the loop's own clock, at {own:g} s; got {begin:g} s."
-                    )
+                if begin > own + 1e-6:  # no deadline would count from there
+                    got = f"at {own:.15g} s; got {begin:.15g} s."
+                    raise InputError(f"measured: expected the loop's own clock, {got}")
             now, here = self._time(at, begins=True), self._here(pose)
             k = self._all_of_k(self._with_command(given, now))
             self._require_inside(here, now, k[0], drift)
