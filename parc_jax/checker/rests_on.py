@@ -92,7 +92,7 @@ def checked_premises(episode: dict) -> list:
     known, given = known_premises(episode), array(episode["premises"])
     for entry, shown in itertools.zip_longest(given[: len(known)], known):
         same = canonical(entry) == canonical(shown)
-        need(same, f"the premise {shown[0]} is not what the file shows")
+        need(same, f"the premise {shown[0]} is not what the file shows: drive again, and save that")
     for entry in given[len(known) :]:
         name, standing, value = array(entry, 3)
         need(type(name) is str and kept(value), "a premise is no name with text or whole numbers")

@@ -286,7 +286,7 @@ def test_each_premise_told_otherwise_is_refused(number):
         other = copy.deepcopy(file)
         other["premises"][number : number + 1] = [] if one is None else [one]
         with pytest.raises(
-            checker.Rejected, match=f"the premise {name} is not what the file shows"
+            checker.Rejected, match=f"the premise {name} is not what the file shows: drive again"
         ):
             check(sealed(other, told=False))
 
