@@ -135,7 +135,7 @@ def test_only_what_is_newer_frees_again_and_a_memory_is_not_taken_for_newer():
         assert not older.add(known).region.intersects(person)
     for one in (memory, memory.within((0, 0), 3.0), yard().forget(), memory.forget()):
         for older in (yard(), FreeSpace(yard().region)):
-            with pytest.raises(InputError, match="expected a scan or a place; got a memory"):
+            with pytest.raises(InputError, match=r"got a memory, whose .* Add this to it"):
                 older.add(one)
 
 

@@ -147,7 +147,7 @@ class FreeSpace:
         if other.memory:
             raise InputError(
                 f"{CALL} add: expected a scan or a place; got a memory, whose scans can refute "
-                "nothing any more. Add its scans one by one, in the order in which they were made."
+                "nothing any more. Add this to it, or its scans one by one, as they were made."
             )
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = (other.beams or STANDS).refuted(self.region)
