@@ -95,7 +95,7 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends that no other goes on (`Span.more`). Before it one is nowhere.
+        obstacle with a span ends that no other goes on (`Span.more`); before it, it is nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
         begun = {span[0] for span in spans}
@@ -244,7 +244,8 @@ def left_tube(
     if not (np.abs(path[: begin[0]] - path[begin[0]]) <= STOOD).all():
         raise InputError(
             "left_tube: expected a robot that stands until the first manoeuvre; got a path that "
-            f"moves before {exact(commitments[0].begin)} s."
+            f"moves before {exact(commitments[0].begin)} s. Tell of all manoeuvres; where none was "
+            "driven, as of a boat that drifts, repeat the place of that moment before it."
         )
     begins = getattr(commitments[0].episode, "begins", ())
     begun = sum(round(float(one) / step) < len(path) - 1 for one in begins)
