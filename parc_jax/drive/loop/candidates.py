@@ -215,7 +215,7 @@ def require_rest(
 @dataclass(frozen=True, eq=False)
 class Thinking:
     """Thinking time as a part of the manoeuvre: every run of the model begins when pose and speeds
-    are measured, keeps its command for `seconds`, follows the new one for `held`, then stops. [T39]
+    are measured, goes on as before for `seconds`, as it commands for `held`, then stops. [T39]
 
     seconds: [s] from measuring to the first moment of the new command, exactly; the command of a
     commitment begins at its `begin` plus this. before: given parameters of k that are the command

@@ -105,7 +105,7 @@ def drive_episodes(
         other stream. It is called twice for the first one in this process, before any is driven:
         refused where that tells two worlds, or changes it.
     folder: gets a line for each episode when it ends; a killed run continues there. Episodes of
-        another drive, law or key are refused, by attributes, data, kind of what cannot be pickled.
+        another drive, law or key are refused: of what cannot be pickled the kind alone is compared.
     workers: processes, None for one per core, 0 for none; each gets drive and law once, pickled.
     delta: error probability of all looks together. looks: all numbers n at which the claim may ever
         be evaluated, declared before the first episode, each with its share of delta; by default n

@@ -63,7 +63,8 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
 
     name: prefix of its functions; default: the name of the file. A plan that the header calls safe
     satisfies one of the answer's corridors, tested in float64 with the margins of the answer
-    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where they do not pay.
+    [T10, T11], and every such plan is safe [T27]. Raises InputError, also where these margins would
+    not pay for all rounding.
     """
     path = Path(path)
     name = path.stem if name is None else name

@@ -181,8 +181,8 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     return 0;
 }
 
-/* Does a plan of the table lead from p0 to where the goal is? It only spares work. No matter where
- * plans have what is measured in place of their own. */
+/* Does a plan of the table lead from p0 to where the goal is? It only spares work. Where
+ * something is measured, which takes the place of what the plan has there, every plan may. */
 static inline int NAME_leads(const double p0[NAME_N_P], int plan)
 {
     for (int c = 0; c < NAME_N_P && NAME_N_MEASURED == 0; ++c) {
