@@ -97,8 +97,7 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
 
 class Chain:
     """Manoeuvres of an episode as they come, with what it says of all of them: network, tube,
-    copies and doubt. work: that they may ask for. last: the last of them, as it is Begun; nothing
-    is kept of those before.
+    copies and doubt. work: that they may ask for. last: the one that is kept, as it is Begun.
     """
 
     def __init__(self, episode: dict, work: float = math.inf):
@@ -108,8 +107,7 @@ class Chain:
 
     def add(self, entry: dict) -> bool:
         """Checks one more; returns whether it began where the one before it may have been left.
-        Raises Rejected where it is not safe from its pose, began no later than the one before, or
-        is about another body or frame.
+        Raises Rejected where it is not safe from its pose, began too early, or has another body.
         """
         fields(entry, ("begin", "pose", "problem", "sample"))
         if self.context is None:
@@ -165,8 +163,8 @@ class Chain:
         passed = other.begin - one.begin
         need(passed > 0, "it began before the one before it")
         need(2 * passed >= context.dt, "it began within half a time step of the one before it")
-        step = min(passed // context.dt, context.T)
-        knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
+        knot = min(passed / context.dt, Fraction(context.T))
+        step = int(knot)
         t = min(step, context.T - 1)
         # a knot belongs to both its intervals
         before = t - (t > 0 and passed - t * context.dt <= SAME)
@@ -178,22 +176,22 @@ class Chain:
             for i in range(context.n_points // self.copies):
                 way = sign * moved[axis]
                 if i > 0:  # the first point is at the pose
-                    way -= self.reach(other, [0], 0, i, back) + self.lost(other, i)
+                    way -= self.reach(other, Fraction(0), 0, i, back) + self.lost(other, i)
                 for s in {before, t, after}:
-                    if not way <= self.reach(one, knots, s, i, w) + off:
+                    if not way <= self.reach(one, knot, s, i, w) + off:
                         return False
         return True
 
-    def reach(self, one: Begun, knots: list, t: int, i: int, w: list) -> Fraction:
+    def reach(self, one: Begun, knot: Fraction, t: int, i: int, w: list) -> Fraction:
         """The most along w, in its own frame, that point i of the robot may be from the start of a
-        manoeuvre at these knots, with the errors of interval t.
+        manoeuvre after so many intervals, straight between knots, with the errors of interval t.
         """
         found = []
-        for s, copy in itertools.product(knots, range(self.copies)):
-            number = i * self.copies + copy
-            errors = one.errors[t][number]
+        for n in range(i * self.copies, (i + 1) * self.copies):
+            errors = one.errors[t][n]
             self.context.spend(errors.cost)
-            found.append(dot(w, self.place(one, s, number)) + errors.support(w))
+            begin, end = (dot(w, self.place(one, s, n)) for s in (int(knot), math.ceil(knot)))
+            found.append(begin + knot % 1 * (end - begin) + errors.support(w))
         return max(found)
 
     def place(self, one: Begun, s: int, i: int) -> list:
@@ -208,10 +206,9 @@ class Chain:
         if other.heading is None:
             return Fraction(0)
         n_p = self.context.n_p
-        axes = [
-            [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
-        ]
-        return 4 * OFF * sum(abs(self.reach(other, [0], 0, i, w)) for w in axes)
+        axes = [[int(a == axis) for a in range(n_p)] for axis in range(n_p)]
+        axes += [[-x for x in w] for w in axes]
+        return 4 * OFF * sum(abs(self.reach(other, Fraction(0), 0, i, w)) for w in axes)
 
     def moves_at_end(self):
         """[m] that a coordinate of a point changes in the last interval of the last manoeuvre at

@@ -60,6 +60,8 @@ def known_premises(episode: dict) -> list:
         shown = f"{points} reference points, within their errors, show no other"
         shown = shown if points > 1 else "one reference point shows none"
         told.append(["heading", ASSUMED, f"that of the poses: {shown}"])
+        same = "a run with another heading is the same run, turned, as far as the claim allows"
+        told.append(["ROTATION_INVARIANCE", ASSUMED, same])  # whatever a claim leaves out
     return [
         *told,
         ["poses", ASSUMED, [*off, f"{decimal(drift)} m of drift from one to the next"]],
@@ -90,7 +92,7 @@ def checked_premises(episode: dict) -> list:
     known, given = known_premises(episode), array(episode["premises"])
     for entry, shown in itertools.zip_longest(given[: len(known)], known):
         same = canonical(entry) == canonical(shown)
-        need(same, f"the premise {shown[0]} is not what the file shows")
+        need(same, f"the premise {shown[0]} is not what the file shows: drive again, and save that")
     for entry in given[len(known) :]:
         name, standing, value = array(entry, 3)
         need(type(name) is str and kept(value), "a premise is no name with text or whole numbers")

@@ -5,6 +5,7 @@ driven, whose stop is in hand. [T37, T38]
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,15 +55,13 @@ class Shield(gymnasium.Wrapper):
     each run is inside its tube, nothing that stands is touched that was sensed when the manoeuvre
     under way began, and nothing that moves until `certified_until`, whatever is proposed. [T38]
 
-    model: its manoeuvres are an action for `every` seconds, then a brake to rest; n_k given and
-        chosen parameters, as of `Loop`.
+    model: its manoeuvres are an action for `every` seconds, then a brake to rest; k as of `Loop`.
     system: the black box that the environment drives; refused where the model is of another one.
     body: as of `reach_avoid`.
     every: [s] of one step of the environment.
     sense: (environment, observation) -> Sensed, before each step.
     ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.
-    act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in the runs
-        that the model was learned from.
+    act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in its runs.
     rest: chosen parameters of a stop, zeros by default: at each reset the nearest to it that is
         certified begins, and there must be one. Every manoeuvre ends in a stop.
     candidates (b, n_chosen): alternatives, at most 62; even over K by default.
@@ -80,9 +79,8 @@ class Shield(gymnasium.Wrapper):
     to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
     False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
     `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
-    in `reset` where no stop is certified. An action that is not finite, has another shape, or
-    cannot be asked for, and sensing that fails or leads elsewhere than the tube allows, end in the
-    stop under way, with a sentence.
+    in `reset` where no stop is certified. An action that is none, or cannot be asked for or driven,
+    and sensing that fails or leads out of the tube, end in the stop under way, with a sentence.
     """
 
     __passing__ = ("commitments", "_observation", "_last", "_steps", "_left")  # of an episode
@@ -195,7 +193,7 @@ class Shield(gymnasium.Wrapper):
         self._left = decision.left or (self._left and not over)
         one = decision.committed
         assert one is not None  # the stop of the reset at least
-        driven = self._driven(one.k, now - float(one.begin)).astype(self.action_space.dtype)
+        driven = self._driven(one.k, now - float(one.begin))
         observation, reward, terminated, truncated, info = self.env.step(driven)
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
@@ -203,9 +201,8 @@ class Shield(gymnasium.Wrapper):
         proposed = None
         with contextlib.suppress(Exception):  # the policy may propose anything
             proposed = np.array(action)
-        about = {"proposed": proposed, "driven": driven, "changed": changed}
-        about |= {"reason": decision.reason, "left": left}
-        info = info | {"shield": about | self._about(one)}
+        about = {"proposed": proposed, "driven": driven, "changed": changed, "left": left}
+        info = info | {"shield": about | {"reason": decision.reason} | self._about(one)}
         return observation, reward, terminated, truncated, info
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
@@ -288,6 +285,9 @@ class Shield(gymnasium.Wrapper):
                 "ask: expected chosen parameters within K for the action "
                 f"{action.tolist()!r:.60}; got {proposed.tolist()!r:.60}"
             )
+        k = self._rows[0].copy()
+        k[self._chosen] = proposed
+        self._driven(k, 0.0)
         return proposed
 
     def _euclidean(self, proposed: np.ndarray, candidates: np.ndarray) -> np.ndarray:
@@ -302,13 +302,20 @@ class Shield(gymnasium.Wrapper):
         """Raises InputError where actions and manoeuvres of each other are not."""
         space = self.action_space
         check_kind("Shield: action space", space, gymnasium.spaces.Box)
+        if space.dtype not in (np.float32, np.float64):  # else what is driven is not what is proved
+            raise InputError(f"Shield: expected actions of float32 or float64; got {space.dtype}.")
         for corner in (space.low, space.high):
             with reading("Shield: ask", f"to take actions of shape {space.shape}", Exception):
                 self._asked(corner)
-        for seconds in (0.0, 1.0):
-            self._driven(self._rows[0], seconds)
+        for k, seconds in product(self._rows, (0.0, 1.0)):
+            self._driven(k, seconds)
 
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:
         """The action of a manoeuvre. Raises InputError."""
+        space = self.action_space
         with blamed("act: expected the action of a manoeuvre"):
-            return as_float64("act", self._act(k, seconds, self._last), self.action_space.shape)
+            action = as_float64("act", self._act(k, seconds, self._last), space.shape)
+        driven = action.clip(space.low, space.high).astype(space.dtype)
+        if not np.allclose(driven, action, 1e-6):  # more than rounding
+            raise InputError(f"act: expected an action within {space}; got {action.tolist()!r:.60}")
+        return driven

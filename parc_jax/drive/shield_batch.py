@@ -97,12 +97,11 @@ class BatchShield:
     its directions are not searched for: near the least that is asked it may be warier; and no k on
     an edge between bins is safe to it. [T14, T28, T38]
 
-    model, system, every, room: as of `Shield`; candidates and rest as by default there. radius: [m]
-        of the robot, a disc.
+    model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
     far: [m] the farthest corner of an obstacle from the robot, along an axis; beyond, none begins.
-    All of it is float64: refused where `jax.enable_x64` does not hold. Raises InputError, also for
-    a model of several points, and for `every` at which no run of its claim was left.
+    All is computed in float64: refused where `jax.enable_x64` does not hold. Raises InputError,
+    also for a model of several points, and for `every` at which no run of its claim was left.
     """
 
     def __init__(
@@ -157,7 +156,7 @@ class BatchShield:
 
     def start(self, pose: Any, given: Any, corners: Any, active: Any) -> UnderWay:
         """Certify a stop in each environment. Arguments as of `step`."""
-        seen = Seen(*_seen(pose, given, corners, active))
+        seen = Seen(*self._seen(pose, given, corners, active))
         rest, zero = jnp.asarray(self._rows[:1]), jnp.zeros(len(seen.pose))
         k = jnp.broadcast_to(rest, (len(zero), rest.shape[1]))
         given = jnp.where(jnp.isfinite(seen.given), seen.given, 0.0)
@@ -179,14 +178,36 @@ class BatchShield:
                 "under_way: expected what this shield has under way; got that of another model, "
                 "robot, ask or act. Begin anew with `start`."
             )
-        *of, action = _seen(pose, given, corners, active, action)
+        *of, action = self._seen(pose, given, corners, active, action)
         seen = Seen(*of)
         last = jax.tree.map(jnp.asarray, under_way)
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
         proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
+        if proposed.shape != (wanted := (len(finite), len(self._chosen))):
+            raise InputError(f"ask: expected chosen parameters {wanted}; got {proposed.shape}.")
         new, changed, reason = self._decide(last, seen, proposed)
         driven = jax.vmap(self._act)(new.k, new.steps * self._every, new.given)
         return new.replace(steps=new.steps + 1), Driven(driven, changed, reason)
+
+    def _seen(self, *of: Any) -> list[jax.Array]:
+        """All of it in float64. Raises InputError."""
+        if not jax.config.jax_enable_x64:
+            raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
+        with reading("BatchShield", "arrays of numbers"):
+            found = list(map(jnp.asarray, of))
+        if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
+            raise InputError(f"active: expected bool; got {active.dtype}.")
+        b, o = active.shape if active.ndim == 2 else (0, 0)
+        turns, n = self._model.rotation is not None, len(self._given)
+        told = [x.shape for x in found]
+        poses, wanted = [(b, 2), (b, 2 + turns)], [(b, n), (b, o, *told[2][2:3], 2), (b, o)]
+        if told[0] not in poses or told[1:4] != wanted or any(not x[1:] or x[0] != b for x in told):
+            pose = "2 or 3" if turns else "2; its model declares no rotation"
+            raise InputError(
+                f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "
+                f"(b, o, v, 2), active (b, o), action (b, m); got {told}."
+            )
+        return [x if x is active else x.astype(float) for x in found]
 
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
@@ -344,19 +365,6 @@ class BatchShield:
         allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
         off = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way)
         return (off - jnp.maximum(allowed - ROUNDED, ROUNDED)).max()
-
-
-def _seen(*of: Any) -> list[jax.Array]:
-    """Raises InputError."""
-    if not jax.config.jax_enable_x64:
-        raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
-    with reading("BatchShield", "arrays of numbers"):
-        found = list(map(jnp.asarray, of))
-    if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
-        raise InputError(f"active: expected bool; got {active.dtype}.")
-    if active.ndim != 2 or any(x.ndim < 2 or len(x) != len(active) for x in found):
-        raise InputError(f"BatchShield: expected one batch; got {[x.shape for x in found]}.")
-    return found
 
 
 def _while_open(one: Callable, state: tuple, of: Any) -> tuple:

@@ -106,7 +106,7 @@ class Seen:
                 width=WIDTH,
                 **errors,
             )
-            free = seen.within(here, KEPT).add(self._free.within(here, KEPT))
+            free = self._free.within(here, KEPT).add(seen.within(here, KEPT))
             if self._stood < 2 or free.refuting:  # else it has seen all this, less noise
                 self._free = free
             obstacles = free.near(here, reach, TIGHT, EDGES).obstacles()

@@ -57,7 +57,7 @@ def test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther(seed)
             return beyond(robot, (place, k), (next_place, next_k), passed, doubt)
 
         # along the other axis in the middle of where it may be
-        steps = min(int(passed / DT), robot.T)
+        steps = min(passed / DT, robot.T)
         next_place[1 - axis] = place[1 - axis] + robot.at(steps, 0, 0, k)[1 - axis]
         at = sign * robot.at(steps, 0, 0, k)[axis]
         if out(at) > 0:
@@ -85,7 +85,7 @@ def test_so_it_is_for_a_robot_that_turns(seed):
     k, passed = F(draw.randint(-64, 64), 64), DT * draw.choice([1, F(5, 2), 3])
     one, turned = F(draw.randint(-190, 190), 64), F(draw.randint(-8, 8), 64)
     turns = [(F(math.cos(x)), F(math.sin(x))) for x in (one, one + turned)]
-    way = robot.at(int(passed / DT), 0, 0, k)
+    way = robot.at(passed / DT, 0, 0, k)
     (cos, sin), place = turns[0], [F(1, 2), F(-1, 4)]
     world = [cos * way[0] - sin * way[1], sin * way[0] + cos * way[1]]
     aside = [F(draw.randint(-64, 64), 64) for _ in range(2)]
@@ -118,6 +118,16 @@ def test_a_heading_that_jumps_is_seen_where_two_points_show_it():
     done = robot.driven(3, heading=F(0))
     done[2]["pose"][2] = "3"
     assert "assumed heading: that of the poses" in said(robot.episode(done))
+
+
+@pytest.mark.parametrize("claim", [None, {"kind": "declared", "reason": "x", "assumptions": []}])
+def test_who_has_a_heading_rests_on_runs_that_turn_whatever_its_claim_says(claim):
+    robot = Robot(3)
+    for heading in (None, F(1, 3)):
+        file = robot.episode(robot.driven(2, heading)) | {"claim": claim}
+        told = said(sealed(file, told=True))
+        words = "assumed ROTATION_INVARIANCE: a run with another heading is the same run, turned"
+        assert (words in told) is (heading is not None)
 
 
 def a_body_that_shrinks(file):
@@ -260,12 +270,12 @@ def test_numbers_of_all_that_it_rests_on_are_told():
     assert told.count("sha256 episode") == 1
 
 
-@pytest.mark.parametrize("number", range(14))
+@pytest.mark.parametrize("number", range(15))
 def test_each_premise_told_otherwise_is_refused(number):
     """Another value or another standing, and none at all."""
     robot = Robot(5, points=2)
     file = robot.episode(robot.driven(heading=F(0)))
-    assert len(file["premises"]) == 14
+    assert len(file["premises"]) == 15
     name, standing, value = file["premises"][number]
     changed = [
         [name, standing, ["other"]],
@@ -276,7 +286,7 @@ def test_each_premise_told_otherwise_is_refused(number):
         other = copy.deepcopy(file)
         other["premises"][number : number + 1] = [] if one is None else [one]
         with pytest.raises(
-            checker.Rejected, match=f"the premise {name} is not what the file shows"
+            checker.Rejected, match=f"the premise {name} is not what the file shows: drive again"
         ):
             check(sealed(other, told=False))
 

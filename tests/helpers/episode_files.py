@@ -63,10 +63,12 @@ class Robot:
             for _ in range(T)
         ]
 
-    def at(self, s: int, i: int, c: int, k) -> list:
-        """Where it is at a knot, from the start."""
-        pairs = zip(self.places[s][i][c], self.ways[s], strict=True)
-        return [a + k * b for a, b in pairs]
+    def at(self, s: F | int, i: int, c: int, k) -> list:
+        """Where it is after so many intervals, from the start: straight between knots."""
+        first = min(int(s), self.T - 1)
+        ends = (zip(self.places[t][i][c], self.ways[t], strict=True) for t in (first, first + 1))
+        begin, end = ([a + k * b for a, b in pairs] for pairs in ends)
+        return [a + (s - first) * (b - a) for a, b in zip(begin, end, strict=True)]
 
     def network(self) -> dict:
         rows, biases = [], []
@@ -141,13 +143,9 @@ def beyond(robot: Robot, one, other, passed, doubt, turn_one=None, turn_other=No
     zero where it may have begun there. doubt: as of a file. turns: (cosine, sine) of a heading.
     """
     (place, k), (next_place, next_k) = one, other
-    knot = passed / DT
-    first = min(int(knot), robot.T)
-    last = first if knot == int(knot) else first + 1
-    if knot >= robot.T:
-        first = last = robot.T
-    held = {min(first, robot.T - 1)}  # a knot belongs to both its intervals
-    held |= {first - 1} if knot == first else set()
+    knot = min(passed / DT, robot.T)
+    held = {min(int(knot), robot.T - 1)}  # a knot belongs to both its intervals
+    held |= {int(knot) - 1} if knot == int(knot) else set()
     cos, sin = turn_one or (F(1), F(0))
     next_cos, next_sin = turn_other or (F(1), F(0))
     found = []
@@ -170,9 +168,8 @@ def beyond(robot: Robot, one, other, passed, doubt, turn_one=None, turn_other=No
             next_low, next_high = min(a - e for a, e in there), max(a + e for a, e in there)
             for t in held:
                 here = [
-                    (robot.at(s, i, c, k)[axis], robot.widths[t][i][c][axis])
+                    (robot.at(knot, i, c, k)[axis], robot.widths[t][i][c][axis])
                     for c in range(robot.copies)
-                    for s in {first, last}
                 ]
                 highest, lowest = max(a + e for a, e in here), min(a - e for a, e in here)
                 found += [next_low - highest - room, lowest - next_high - room]

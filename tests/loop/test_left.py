@@ -201,6 +201,23 @@ def test_a_long_drive_is_compared_at_its_records_as_well():
         pj.drive.left_tube([*done, beside], path)
 
 
+def test_what_was_driven_before_the_first_manoeuvre_is_not_called_inside():
+    """As after a restart, of which the commitments before are not told."""
+    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    one = loop.step(np.zeros(2), [0.0], [], lambda seen: np.abs(seen.k[:, 0]), at=1.0).committed
+    path = np.zeros((9, 2))
+    path[4:] += np.outer(WAY, one.k)
+    assert not pj.drive.left_tube([one], path)  # it stood
+    for record, place in ((1, 0.05), (3, np.nan), (0, -1.0)):
+        moved = path.copy()
+        moved[record, 1] = place
+        with pytest.raises(InputError, match=r"stands until the first .* moves before 1 s. Tell of all"):
+            pj.drive.left_tube([one], moved)
+    drifted = path.copy()
+    drifted[:4] += 0.009  # as one that settles
+    assert not pj.drive.left_tube([one], drifted)
+
+
 @pytest.mark.parametrize("begin", [0.0, 0.8, 1_795_720_000.3])
 def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it(begin):
     """The wider one of them was asked alone: a pose beyond the other was told as inside."""

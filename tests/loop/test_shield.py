@@ -15,6 +15,7 @@ from parc_jax.common.errors import SoundnessError
 from parc_jax.learning.systems.content import whole_digest
 
 need("gymnasium")
+import gymnasium  # noqa: E402
 from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
 
 AHEAD = np.array([1.0, 0.0])  # into the post
@@ -231,6 +232,36 @@ def test_what_does_not_belong_together_is_refused(model):
 
     with pytest.raises(pj.InputError, match=r"the system of this model, .* agree; system is"):
         shielded(model=model, system=Other())
+
+
+def test_an_action_that_the_environment_does_not_take_as_it_is_is_none(model):
+    """What it would cut off or round to whole numbers is not what was proved."""
+    whole, narrow = Platform(), Platform()
+    whole.action_space = gymnasium.spaces.Box(-2, 2, (2,), np.int32)
+    with pytest.raises(pj.InputError, match="expected actions of float32 or float64; got int32"):
+        shielded(whole, model)
+    with pytest.raises(pj.InputError, match=r"act: expected an action within Box\(-1.0, 1.0"):
+        shielded(model=model, act=lambda *of: 3 * act(*of))
+    narrow.action_space = gymnasium.spaces.Box(-0.5, 0.5, (2,))
+    env = shielded(narrow, model, candidates=[[0.5, 0.0]])
+    env.reset()
+    *_, info = env.step(AHEAD)  # itself within K
+    assert "act: expected an action within Box(-0.5" in info["shield"]["reason"]
+    assert (info["shield"]["driven"] == 0).all() and env.unwrapped.speed[0] == 0
+    assert env.step(AHEAD / 2)[4]["shield"]["reason"] == ""
+
+
+@pytest.mark.parametrize(("kind", "by"), [(np.float32, 1.2e-7), (np.float64, 2.3e-16)])
+def test_an_action_that_rounding_left_beyond_a_bound_is_driven_at_it(model, kind, by):
+    """As `act` in JAX's float32 may: it is no other action."""
+    bare = Platform(posts=[[5.0, 5.0]])
+    bare.action_space = gymnasium.spaces.Box(-1.0, 1.0, (2,), kind)
+    env = shielded(bare, model, act=lambda *of: (1 + by) * act(*of))
+    env.reset()
+    shield = env.step(AHEAD)[4]["shield"]
+    assert shield["reason"] == "" and (shield["driven"] == AHEAD).all()
+    with pytest.raises(pj.InputError, match="act: expected an action within Box"):
+        shielded(bare, model, act=lambda *of: (1 + 1e-5) * act(*of))
 
 
 def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_path, capsys):

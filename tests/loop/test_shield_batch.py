@@ -231,8 +231,14 @@ def test_what_another_shield_has_under_way_is_refused(batch):
 @pytest.mark.parametrize(
     ("place", "wrong", "words"),
     [
-        (0, np.zeros((2, 2)), "expected one batch; got"),
-        (1, np.zeros(3), "expected one batch; got"),
+        (0, np.zeros((2, 2)), "expected one batch, pose"),
+        (0, np.zeros((3, 1)), "expected one batch, pose"),
+        (0, np.zeros((3, 3)), r"pose \(b, 2; its model declares no rotation\), given"),
+        (1, np.zeros(3), "expected one batch, pose"),
+        (1, np.zeros((3, 1)), r"given \(b, 2\), corners"),
+        (2, np.zeros((3, 2, 4, 3)), r"corners \(b, o, v, 2\), active"),
+        (3, np.ones((3, 1), bool), r"active \(b, o\), action"),
+        (3, np.array(True), "expected one batch, pose"),
         (1, "fast", "arrays of numbers; got TypeError"),
     ],
 )
@@ -242,3 +248,27 @@ def test_arrays_of_other_shapes_are_refused_in_a_sentence(batch, place, wrong, w
     of[place] = wrong
     with jax.enable_x64(True), pytest.raises(pj.InputError, match=words):
         made.start(*of)
+
+
+def test_an_action_of_one_number_is_not_taken_for_two(batch):
+    made, *_ = batch
+    seen = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    with jax.enable_x64(True):
+        one = jax.eval_shape(made.start, *seen)
+        with pytest.raises(pj.InputError, match=r"chosen parameters \(3, 2\); got \(3, 1\)"):
+            jax.eval_shape(made.step, one, *seen, np.zeros((3, 1)))
+        with pytest.raises(pj.InputError, match=r"action \(b, m\); got .*, \(3,\)\]"):
+            jax.eval_shape(made.step, one, *seen, np.zeros(3))
+
+
+def test_what_comes_in_float32_is_computed_in_float64(batch):
+    """As Brax has it: margins pay for the rounding of float64 alone."""
+    made, *_ = batch
+    *numbers, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))
+    of = [*(x.astype(np.float32) for x in numbers), there]
+    with jax.enable_x64(True):
+        one = jax.eval_shape(made.start, *of)
+        new, driven = jax.eval_shape(made.step, one, *of, np.zeros((3, 2), np.float32))
+    for under_way in (one, new):  # the same kind, so that a loop may carry it
+        numbers = under_way.k, under_way.pose, under_way.given, under_way.clearance, driven.action
+        assert all(x.dtype == np.float64 for x in numbers)

@@ -140,7 +140,13 @@ def test_who_thinks_too_long_goes_on_with_the_stop_in_hand(clock):
     late = loop.step(*ask, measured=5.0 - 1.01 * WAITS)
     assert not late.new and "no manoeuvre was proved within 0.25 s" in late.reason
     assert "measured" in loop.step(*ask, measured=np.nan).reason
+    other = loop.step(*ask, measured=1.8e9)  # of another clock: no deadline would count
+    assert not other.new and "the loop's own clock, at 5 s; got 1800000000 s" in other.reason
+    ahead = loop.step(*ask, measured=5.001)  # which is told, however little it is
+    assert not ahead.new and "at 5 s; got 5.001 s" in ahead.reason
     assert loop.step(*ask, measured=5.0 - 0.99 * WAITS).new
+    loop.restart()
+    assert loop.step(*ask, measured=np.nextafter(5.0, 6.0)).new  # one moment, as another float
 
 
 def test_a_command_that_changes_while_a_step_thinks_is_refused(clock):

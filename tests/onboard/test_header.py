@@ -12,13 +12,14 @@ import pytest
 import toy_query
 from toy_bodies import points_model, points_problem
 from toy_header import TUBES, toy_tables, write_toy
-from toy_models import line_model, model_of
+from toy_models import line_model, model_of, told
 
 import parc_jax as pj
 from benchmarks.compiled_header import Header
 from parc_jax.app.cli import main
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import relu_network
 
 pytestmark = pytest.mark.soundness
@@ -241,6 +242,28 @@ def test_the_nearest_plan_is_safe_and_near(tmp_path):
     reachable = answer.contains(starts, answer.samples[:, 2:])
     assert np.linalg.norm(offered - [-1.0, 1.0]) <= further[reachable].min()
     assert header.nearest(np.array([9.0, 9.0]), safe) is None
+
+
+@needs_compiler
+def test_the_nearest_plan_leaves_what_is_measured_as_it_is(tmp_path):
+    """A robot's speed is none that it may choose."""
+    line = told(line_model(e=0.02), given=(1,))
+    goal, block = pj.box([0.4, -0.3, -9.0], [0.9, 0.3, 9.0]), pj.box([0.3, 0.35], [0.6, 0.6])
+    any_speed = pj.Uncertainty(given={name_of(line.labels.k[1]): "free"})
+    start = pj.box([-0.1, -0.1], [0.1, 0.1])
+    problem = pj.reach_avoid(goal, [block], 0.05, start=start, uncertainty=any_speed)
+    answer = pj.Planner(line).solve(problem, jax.random.key(0), pj.Settings(proof=False))
+    path = pj.exchange.write_c(answer, tmp_path / "line.h")
+    assert f"Measured at the start, and not to be chosen: k[1] ({line.labels.k[1]})." in " ".join(
+        path.read_text().split("*/")[0].replace(" * ", "").split("\n")
+    )
+    header, p0, offered = Header(path), np.zeros(2), []
+    for measured in np.linspace(line.domain.lo[1], line.domain.hi[1], 21):
+        offered.append(header.nearest(p0, np.array([line.domain.lo[0], measured])))
+        if offered[-1] is not None:
+            assert offered[-1][1] == measured and answer.contains(p0[None], offered[-1][None])[0]
+    known = [one is not None for one in offered]
+    assert any(known) and not all(known)
 
 
 def test_the_shell_writes_one(tmp_path, capsys):

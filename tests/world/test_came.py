@@ -12,6 +12,7 @@ need("shapely")
 import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
+from parc_jax.common.errors import InputError  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
 
@@ -123,6 +124,21 @@ def test_whichever_is_added_to_the_other_the_scan_rules(order):
     assert not kept.region.intersects(shapely.box(2.05, -0.15, 2.9, 0.15))
 
 
+def test_only_what_is_newer_frees_again_and_a_memory_is_not_taken_for_newer():
+    came = np.full(301, 4.0)
+    came[140:161] = 2.0
+    person = shapely.box(2.05, -0.15, 3.5, 0.15)
+    memory = yard().add(yard(came))
+    # an older scan, and the place looked at before the start, say nothing of what is gone
+    known = FreeSpace(memory.region, WIDTH, memory.gone)
+    for older in (yard(), free_place(BODY, 4.0)):
+        assert not older.add(known).region.intersects(person)
+    for one in (memory, memory.within((0, 0), 3.0), yard().forget(), memory.forget()):
+        for older in (yard(), FreeSpace(yard().region)):
+            with pytest.raises(InputError, match=r"got a memory, whose .* Add this to it"):
+                older.add(one)
+
+
 def test_who_came_is_remembered_where_nothing_is_known_to_be_free_any_more():
     """Drift takes all that was free, and what is not free any more grows on."""
     came = FreeSpace(shapely.box(-0.2, -0.2, 0.2, 0.2), gone=shapely.box(1, 0, 2, 1))
@@ -132,26 +148,20 @@ def test_who_came_is_remembered_where_nothing_is_known_to_be_free_any_more():
     assert twice.gone.contains(shapely.box(0.05, 0.05, 2.95, 0.95))
 
 
-@pytest.mark.parametrize("order", [1, -1])
-def test_what_is_not_seen_again_is_forgotten_and_what_is_stays(order):
+def test_what_is_not_seen_again_is_forgotten_and_what_is_stays():
     """The left half is seen again; who forgets twice has nothing of before the first time."""
     angles = np.linspace(0.02, 1.5, 149)
     left, free = yard(angles=angles), yard()
-
-    def add(memory, scan):
-        one, other = (memory, scan)[::order]
-        return one.add(other)
-
     once = free.forget()
     assert once.region.equals(free.region)
-    seen_again = add(once, left).within((0, 0), 9.0).drifted((0, 0), 0.01, 0.0)
+    seen_again = once.add(left).within((0, 0), 9.0).drifted((0, 0), 0.01, 0.0)
     twice = seen_again.forget()
     aside, ahead = shapely.Point(1.0, -1.0), shapely.Point(1.0, 1.0)
     assert seen_again.region.contains(aside) and seen_again.region.contains(ahead)
     assert twice.region.contains(ahead) and not twice.region.intersects(aside)
     assert twice.gone.contains(aside) and not twice.gone.intersects(ahead)  # for the sentence
     assert left.region.contains(twice.region) and twice.forget().region.is_empty
-    assert add(twice, yard()).region.contains(aside)
+    assert twice.add(yard()).region.contains(aside)
 
 
 def test_who_came_stays_out_of_what_is_remembered_after_forgetting():

@@ -38,8 +38,8 @@ BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]]
 
 
 LAW = (
-    "Beyond edges of free space nothing is known, and nothing is told to be free; all that stands "
-    "is at least 0.15 m wide."
+    "Within edges of free space nothing stands, and nothing has come since it was seen; beyond "
+    "them nothing is known; all that stands is at least 0.15 m wide."
 )
 
 

@@ -37,8 +37,7 @@ ROUNDED = 1e-9  # [m] more than networks round by: a model that moves so little 
 
 def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tuple[int, ...]:
     """Indices of the given parameters: all that the system declares, by default these alone. Where
-    the claim rests on runs it excludes others, whose start those runs leave hidden. [T37]
-    Raises InputError.
+    the claim rests on runs no others: their start is hidden in those. [T37] Raises InputError.
     """
     names = [name_of(label) for label in model.labels.k]
     given = model.given if given is None else given
@@ -92,8 +91,7 @@ def listed_candidates(
 
 class Leaving(NamedTuple):
     """When a manoeuvre may be left for the next. intervals: of the grid, after which it may at
-    first. first, last: [s] after its beginning; at its end, where it rests, it may as well. lasts:
-    [s] of all of it.
+    first. first, last: [s] after its beginning; at its end, where it rests, too. lasts: [s] in all.
     """
 
     intervals: int
@@ -217,8 +215,7 @@ def require_rest(
 @dataclass(frozen=True, eq=False)
 class Thinking:
     """Thinking time as a part of the manoeuvre: every run of the model begins when pose and speeds
-    are measured, continues for `seconds` with the command under way, follows the new one for
-    `held`, then stops. [T39]
+    are measured, goes on as before for `seconds`, as it commands for `held`, then stops. [T39]
 
     seconds: [s] from measuring to the first moment of the new command, exactly; the command of a
     commitment begins at its `begin` plus this. before: given parameters of k that are the command

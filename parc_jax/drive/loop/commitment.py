@@ -34,6 +34,7 @@ AT_ONCE = 64  # manoeuvres scored in one compiled call
 ROUNDED = 1e-9  # [m] more than floats round places up to 1e5 m by: so far inside is outside
 SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as floats
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
+STOOD = 0.01  # [m] a robot that moves less has stood
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 
 
@@ -59,9 +60,8 @@ class Commitment:
     tube. judged: candidates that had a verdict. asked: the nominal problem, from the pose. drift:
     [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
     its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
-    them, and files tell of the first.
-    episode: one list for all commitments of an episode of one loop, of the one under way. command:
-    when its command is given, in words, where that is not at its begin.
+    them, and files tell of the first. episode: one list for all commitments of an episode of one
+    loop, of the one under way. command: when it is given, in words, where not at its begin.
     """
 
     number: int
@@ -95,8 +95,7 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends that no other goes on (`Span.more`). Before its span an obstacle
-        is said to be nowhere.
+        obstacle with a span ends that no other goes on (`Span.more`); before it, it is nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
         begun = {span[0] for span in spans}
@@ -115,8 +114,7 @@ class Commitment:
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
-        parts = [self.part]
-        return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
+        return answer_part(asked.problem, asked.model, [self.part], [], [], no_plan=None, meta=meta)
 
     @property
     def shared(self) -> Premises:
@@ -208,7 +206,8 @@ def left_tube(
 
     commitments: all of an episode of one loop, in their order. path: true places of its reference
     points (n, points, n_p), of one point (n, n_p) [m], at the clock's times 0, d, 2 d, ..., d the
-    time between records of the model. heading (n,) [rad]: of a robot whose poses have one.
+    time between records of the model; until the first begins the robot stands, to 1 cm. heading
+    (n,) [rad]: of a robot whose poses have one.
     The last manoeuvre counts up to its end, or that of the path. Not tested: rest after it, and
     other goal states (q), which only `end` rests on. Raises InputError.
     """
@@ -241,6 +240,13 @@ def left_tube(
                 f"s from 0 to {step * (len(path) - 1):g} s; number {one.number} began at "
                 f"{exact(one.begin)} s."
             )
+    # of what it drove before, after a restart or by hand, nobody knows whether its tube was left
+    if not (np.abs(path[: begin[0]] - path[begin[0]]) <= STOOD).all():
+        raise InputError(
+            "left_tube: expected a robot that stands until the first manoeuvre; got a path that "
+            f"moves before {exact(commitments[0].begin)} s. Tell of all manoeuvres; where none was "
+            "driven, as of a boat that drifts, repeat the place of that moment before it."
+        )
     begins = getattr(commitments[0].episode, "begins", ())
     begun = sum(round(float(one) / step) < len(path) - 1 for one in begins)
     if begun > len(commitments):

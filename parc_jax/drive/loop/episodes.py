@@ -98,23 +98,20 @@ def drive_episodes(
     """Drive n fresh episodes of a law and bound the probability that the next one is bad. [T40]
 
     drive: (world, seed) -> Outcome, with all decisions made before: planner, model and tube,
-        sensors, end of an episode. An exception is a failed episode, and so is one that ends its
-        process; failed ones count as bad.
+        sensors, end of an episode. One that fails, by an exception or its process, is bad.
     law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
         array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
         other stream. It is called twice for the first one in this process, before any is driven:
         refused where that tells two worlds, or changes it.
     folder: gets a line for each episode when it ends; a killed run continues there. Episodes of
-        another drive, law or key are refused: all attributes are compared, and all data; of what
-        cannot be pickled the kind alone.
+        another drive, law or key are refused: of what cannot be pickled the kind alone is compared.
     workers: processes, None for one per core, 0 for none; each gets drive and law once, pickled.
     delta: error probability of all looks together. looks: all numbers n at which the claim may ever
         be evaluated, declared before the first episode, each with its share of delta; by default n
         alone. Results in between, or in a folder, may then decide nothing.
 
-    Assumed: the cause and time of a killed run do not depend on how its episodes were going.
-    Raises InputError.
+    Assumed: when and why a run is killed does not depend on its episodes. Raises InputError.
     """
     from tqdm import tqdm
 

@@ -94,9 +94,8 @@ class Loop:
     `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
     None where that begins at the very moment of measuring, as in a simulation. clock: [s] from
     which deadlines count, `time.perf_counter` by default; one that stands still where a simulation
-    waits.
-    Raises InputError for arguments that do not fit the model, for one that does not rest at its end
-    (`require_rest`), and for a time to leave at which no run of its claim was left.
+    waits. Raises InputError for arguments that do not fit the model, for one that does not rest at
+    its end (`require_rest`), and for a time to leave at which no run of its claim was left.
 
     A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
     begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre
@@ -200,7 +199,10 @@ class Loop:
             raise InputError(f"prefer: expected a function of an Outlook; got {prefer!r:.60}.")
         try:
             if measured is not None:
-                begin = min(begin, float(as_float64("measured", measured, ())))
+                own, begin = begin, float(as_float64("measured", measured, ()))
+                if begin > own + 1e-6:  # no deadline would count from there
+                    got = f"at {own:.15g} s; got {begin:.15g} s."
+                    raise InputError(f"measured: expected the loop's own clock, {got}")
             now, here = self._time(at, begins=True), self._here(pose)
             k = self._all_of_k(self._with_command(given, now))
             self._require_inside(here, now, k[0], drift)

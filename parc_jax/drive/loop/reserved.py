@@ -27,8 +27,7 @@ def reserved(
 
     commitment: of the robot that is in the way. at: [s] of the clock that both share, when the pose
     of the other is measured; not before the manoeuvre began. time: grid of the other's model.
-    every: intervals of it per obstacle; more makes fewer and larger ones.
-    Raises InputError.
+    every: intervals of it per obstacle; more makes fewer and larger ones. Raises InputError.
     """
     check_kind("reserved commitment", commitment, Commitment)
     check_kind("reserved time", time, TimeGrid)

@@ -59,8 +59,7 @@ GUARDS = """#include <float.h>
 
 
 def write_c(answer: Answer, path, name: str | None = None) -> Path:
-    """Write an answer's corridors as a C99 header without dependencies; it appears complete or not
-    at all.
+    """Write an answer's corridors as a C99 header without dependencies, all of it or nothing.
 
     name: prefix of its functions; default: the name of the file. A plan that the header calls safe
     satisfies one of the answer's corridors, tested in float64 with the margins of the answer
@@ -90,7 +89,9 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     for kind, of, array in _arrays(answer, table):
         lines += _table(kind, f"{name}_{of}", array)
     lines += [CODE.read_text().replace("NAME", name), "#endif", ""]
-    said = _comment("\n".join([own.details(), WARNING, *compared]))
+    given = [f"k[{i}] ({answer.model.labels.k[i]})" for i in answer.model.given]
+    measured = [f"Measured at the start, and not to be chosen: {', '.join(given)}."] * bool(given)
+    said = _comment("\n".join([own.details(), *measured, WARNING, *compared]))
     text = "\n".join(lines)
     mark = f"0x{sha256(text.encode()).hexdigest()[:8]}"
     # of two of one name in one program the second would silently be left out
@@ -118,6 +119,7 @@ def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
         "N_START": len(table.start_b),
         "N_GOAL": len(table.goal_A),
         "N_PLANS": len(table.plans),
+        "N_MEASURED": len(model.given),
     }
 
 
@@ -147,6 +149,7 @@ def _arrays(answer: Answer, table: Tables) -> Iterator[tuple[str, str, np.ndarra
     yield "double", "goal_A", table.goal_A
     yield "double", "goal_b", table.goal_b
     yield "double", "plans", table.plans
+    yield "int", "measured", np.isin(np.arange(answer.model.n_k), answer.model.given).astype(int)
     yield "double", "ends", table.ends
     yield "double", "near", table.near
 

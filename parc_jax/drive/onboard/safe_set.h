@@ -181,10 +181,11 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     return 0;
 }
 
-/* Does a plan of the table lead from p0 to where the goal is? It only spares work. */
+/* Does a plan of the table lead from p0 to where the goal is? It only spares work. Where
+ * something is measured, which takes the place of what the plan has there, every plan may. */
 static inline int NAME_leads(const double p0[NAME_N_P], int plan)
 {
-    for (int c = 0; c < NAME_N_P; ++c) {
+    for (int c = 0; c < NAME_N_P && NAME_N_MEASURED == 0; ++c) {
         const double end = p0[c] + NAME_ends[plan][c];
         if (!(NAME_near[0][c] <= end && end <= NAME_near[1][c]))
             return 0;
@@ -193,7 +194,8 @@ static inline int NAME_leads(const double p0[NAME_N_P], int plan)
 }
 
 /* Writes to k a plan near the wanted one that NAME_is_safe lets pass from p0, where the robot is,
- * and returns 1; returns 0, and leaves k alone, where it knows none. Distances are shares of K. */
+ * and returns 1; returns 0, and leaves k alone, where it knows none. Distances are shares of K.
+ * What is measured at the start is so in wanted, and stays as it is there. */
 static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double wanted[NAME_N_K],
                                     double k[NAME_N_K])
 {
@@ -213,10 +215,11 @@ static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double want
         for (int j = 0; j < NAME_N_K; ++j) {
             const double *edge = NAME_edges + NAME_first_edge[j];
             const double range = NAME_edges[NAME_first_edge[j + 1] - 1] - edge[0];
-            const double share = (NAME_plans[plan][j] - wanted[j]) / range;
+            middle[j] = NAME_measured[j] ? wanted[j] : NAME_plans[plan][j];
+            const double share = (middle[j] - wanted[j]) / range;
             far += share * share;
         }
-        if ((nearest == NAME_N_PLANS || far < least) && NAME_is_safe(p0, NAME_plans[plan])) {
+        if ((nearest == NAME_N_PLANS || far < least) && NAME_is_safe(p0, middle)) {
             least = far;
             nearest = plan;
         }
@@ -224,7 +227,7 @@ static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double want
     if (nearest == NAME_N_PLANS)
         return 0;
     for (int j = 0; j < NAME_N_K; ++j)
-        safe[j] = NAME_plans[nearest][j];
+        safe[j] = NAME_measured[j] ? wanted[j] : NAME_plans[nearest][j];
     for (double share = 0.5; share > 1e-4; share *= 0.5) { /* closer, as long as it is safe */
         for (int j = 0; j < NAME_N_K; ++j)
             middle[j] = safe[j] + share * (wanted[j] - safe[j]);

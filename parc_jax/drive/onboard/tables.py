@@ -36,14 +36,12 @@ class Tables(NamedTuple):
     edges: of the bins, axis by axis. errors: by bin, interval and point, in finite numbers. runs:
     of the corridors, those that hold most plans first. probes (n_corridors, PROBES, 2): a run and
     an interval in which other plans often leave it; (n_corridors, 0, 2) where nothing is in the
-    way. pair_points (o, i).
-    far (n_p,) [m]: a plan that ends in the goal starts no farther out along an axis; all others are
-    refused, so that the size of every number is bounded. start_A (s, n_p), start_b (s,): rows of P0
-    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less the support of
-    the errors of a bin, and the slack.
-    plans (n_plans, n_k): safe ones. ends (n_plans, n_p) [m]: of their first point, from its start.
-    near (2, n_p) [m]: the box where it has to end; a plan that leads elsewhere is not tried. order
-    (n_corridors,): of the answer's corridors.
+    way. pair_points (o, i). far (n_p,) [m]: a plan that ends in the goal starts no farther out
+    along an axis; all others are refused, so that the size of every number is bounded. start_A (s,
+    n_p), start_b (s,): rows of P0 less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows
+    of the goal less the support of the errors of a bin, and the slack. plans (n_plans, n_k): safe
+    ones. ends (n_plans, n_p) [m]: of their first point, from its start. near (2, n_p) [m]: the box
+    where it has to end; other plans are not tried. order (n_corridors,): of the answer's corridors.
     """
 
     edges: tuple[np.ndarray, ...]

@@ -114,8 +114,7 @@ def bound_error(
     train: training runs of the network, for the error shape.
     profile: an error shape instead, whose outer edges are K.
     path: folder for finished chunks, from which a killed run continues with the same numbers.
-    quiet: no progress bars.
-    Raises InputError.
+    quiet: no progress bars. Raises InputError.
     """
     places = (net, ReLUNetwork), (asked, BoundSettings | None), (train, RolloutBatch | None)
     if not all(isinstance(given, kind) for given, kind in places):

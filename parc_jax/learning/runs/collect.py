@@ -61,8 +61,7 @@ def collect(
         was; an existing file of the same work is loaded. Either way the first of the stored runs
         are simulated again: a system that does not repeat them is refused. Runs of a system that is
         not compiled here and that were begun before the stop count as lost (`RolloutBatch.lost`).
-    quiet: no progress bar.
-    Raises InputError.
+    quiet: no progress bar. Raises InputError.
     """
     work = _Work(system, key, n, stage, k, first_row, dtype)
     if path is not None and Path(path).exists():

@@ -201,8 +201,7 @@ class Turn(NamedTuple):
 def turn_by(angle: float, rotation: tuple[str, ...]) -> Turn:
     """All turns of the plane by at most an angle [rad] below 1.
 
-    rotation: a word per further goal state, TURNS for one that turns.
-    Raises InputError.
+    rotation: a word per further goal state, TURNS for one that turns. Raises InputError.
     """
     if not 0 < angle < 1:
         raise InputError(f"heading: expected a half angle between 0 and 1 rad; got {angle:g}.")

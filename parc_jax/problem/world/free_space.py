@@ -119,6 +119,7 @@ class FreeSpace:
     refuting: number of beams that refuted some of it, of the last scan that was added.
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
+    memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
     """
 
     region: Any
@@ -128,6 +129,7 @@ class FreeSpace:
     refuting: int = 0
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
+    memory: bool = field(default=False, repr=False)
 
     def __post_init__(self):
         for name in ("gone", "standing"):
@@ -136,42 +138,43 @@ class FreeSpace:
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
-        [T41d] other: no older than this: nothing here knows times, and the scan added is believed.
+        [T41d] other: a scan, a place or a map that is no older than this: nothing here knows times,
+        and the scan added is believed. Raises InputError for a memory.
 
         The part that a scan refutes leaves: places of its hits inside the other region, and the
-        area behind them, until a later scan measures it free. [T44] Two scans refute one another,
-        in either order.
+        area behind them, until a later scan measures it free. [T44] Two scans refute each other.
         """
+        if other.memory:
+            raise InputError(
+                f"{CALL} add: expected a scan or a place; got a memory, whose scans can refute "
+                "nothing any more. Add this to it, or its scans one by one, as they were made."
+            )
         widths = [w for w in (self.width, other.width) if w]
-        ends, left, some = other._refuted(self.region)
-        others, leaves, more = self._refuted(other.region)
-        nothing = package("shapely", CALL).Polygon()
-        gone, standing = left.union(leaves), nothing
-        for one, now in ((self, other), (other, self)):
-            seen = nothing if now.beams is None else now.region
-            gone = gone.union(one.gone.difference(seen))
-            standing = standing.union(one.standing.difference(seen))
+        ends, left, some = (other.beams or STANDS).refuted(self.region)
+        others, leaves, more = (self.beams or STANDS).refuted(other.region)
+        # only what is newer measures free what was refuted
+        seen = package("shapely", CALL).Polygon() if other.beams is None else other.region
+        gone = left.union(leaves).union(self.gone.difference(seen)).union(other.gone)
+        standing = self.standing.difference(seen).union(other.standing)
         # holes are filled before refuted parts leave, which would look like holes
         region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
         for away in (ends, others, gone, standing):
             if not away.is_empty:
                 region = _areas(region.difference(away))
-        newer = (self.newer or other.newer) and (self.newer or self).add(other.newer or other)
-        width = max(widths, default=0.0)
-        return FreeSpace(region, width, gone, standing, some + more, newer=newer)
+        newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
+        return FreeSpace(region, width, gone, standing, some + more, newer=newer, memory=True)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called
         every t seconds, no place stays free that was not seen for 2t. [T44]
         """
-        nothing = package("shapely", CALL).Polygon()
+        newer = FreeSpace(package("shapely", CALL).Polygon(), self.width)
         if self.newer is None:
-            return replace(self, beams=None, newer=FreeSpace(nothing, self.width))
+            return replace(self, beams=None, newer=newer, memory=True)
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
-        newer = FreeSpace(nothing, self.width)
-        return FreeSpace(left, self.width, gone, self.standing, newer=newer)
+        return FreeSpace(left, self.width, gone, self.standing, newer=newer, memory=True)
 
     @property
     def said(self) -> str:
@@ -183,13 +186,6 @@ class FreeSpace:
             f"came, or the pose is off by more than its uncertainty; {self.gone.area:.2g} m² are "
             "not known to be free any more, until they are seen again"
         )
-
-    def _refuted(self, region: "shapely.Geometry"):
-        """`Beams.refuted` of its beams, if any."""
-        if self.beams is None or self.beams is STANDS:
-            nothing = package("shapely", CALL).Polygon()
-            return nothing, nothing, 0
-        return self.beams.refuted(region)
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """Its part in a square, reach [m] to each side of (x, y[, heading]). Raises InputError."""
@@ -209,8 +205,7 @@ class FreeSpace:
         place: (x, y) [m] at which the drift is bounded, or (x, y, heading).
         moved: [m] bound, a radius, or half axes of an ellipse along the heading and across it:
             odometry of wheels is worse along.
-        turned: [rad] bound. Far parts lose more: restrict it first (`within`).
-        Raises InputError.
+        turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises InputError.
         """
         middle = package("shapely", CALL).Point(place_of(place))
         along, across = (
@@ -269,8 +264,7 @@ class FreeSpace:
         """Does a body lie inside, in one part? It must at the start. [T41]
 
         corners: (n, 2) [m], the body is their hull.
-        uncertainty: [m] bound of the error of its place.
-        Raises InputError.
+        uncertainty: [m] bound of the error of its place. Raises InputError.
         """
         shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
@@ -304,8 +298,7 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     """The free space under a body, the hull of its corners (n, 2) [m].
 
     margin: [m] grown by this, declared by a person who has looked around the robot before its
-        start; negative: shrunk by the uncertainty of the pose.
-    Raises InputError.
+        start; negative: shrunk by the uncertainty of the pose. Raises InputError.
     """
     hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
     margin = float(as_float64("free_place margin", margin, ()))

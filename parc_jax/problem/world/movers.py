@@ -37,8 +37,7 @@ ABOUT = 1e-6  # [s] times of tracks that are one
 
 class Mover(NamedTuple):
     """A mover as seen: at [s] of the clock it was at place (2,) [m], on its way along heading
-    [rad]; k (2,): its speed [m/s] over the last step [s], and by how much that turned [rad] against
-    the one before.
+    [rad]; k (2,): speed [m/s] over the last step [s], and its turn [rad] against the one before.
     """
 
     at: float
@@ -257,8 +256,7 @@ def reach_of(
     model: TrajectoryModel, k: np.ndarray, body: Disc | Polygon | Body, w: np.ndarray
 ) -> np.ndarray:
     """(T + 1, s) how far all of a body may reach along unit directions w (s, n_p) during each
-    interval of a manoeuvre k (n_k,), and at its end, all errors of the tube included; in the frame
-    of the manoeuvre.
+    interval of a manoeuvre k (n_k,), and at its end, seen from its start, all errors included.
     """
     knots = trajectories(model.net, model.layout, k[None])[0][0]
     knots = np.concatenate([knots, knots[-1:]]).reshape(len(knots) + 1, model.n_points, -1)

@@ -140,7 +140,8 @@ class Edge(HPolytope):
     def rests_on(self) -> str:
         """What it stands for, and what is assumed of what stands, as a sentence."""
         wide = f"; all that stands is at least {self.width!r} m wide" if self.width else ""
-        return f"Beyond edges of free space nothing is known, and nothing is told to be free{wide}."
+        free = "Within edges of free space nothing stands, and nothing has come since it was seen"
+        return f"{free}; beyond them nothing is known{wide}."
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""

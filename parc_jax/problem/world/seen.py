@@ -31,8 +31,7 @@ def seen_from(
 
     pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame.
     angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
-    ranges: (n,) [m] finite; max_range or more for a beam without a return, free up to there; 0 for
-        a failed or blocked beam.
+    ranges: (n,) [m] finite; max_range or more: no return, free up to there; 0: failed or blocked.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
     uncertainty: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
     tolerance: [m] by which the region may shrink to save corners.

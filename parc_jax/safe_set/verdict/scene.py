@@ -139,8 +139,7 @@ def pruned_scene(nominal: NominalProblem) -> Scene:
 def scene_along(nominal: NominalProblem, k: np.ndarray, path: np.ndarray) -> Scene:
     """The padded scene of one plan, without the obstacles that one row separates from it.
 
-    k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it.
-    Raises InputError.
+    k: (n_k,) parameters of the plan. path: (T + 1, n_c) [m] prediction of it. Raises InputError.
     """
     model, tube = nominal.model, nominal.model.tube
     places = path.reshape(len(path), -1, model.n_p)
