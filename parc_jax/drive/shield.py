@@ -57,8 +57,7 @@ class Shield(gymnasium.Wrapper):
 
     model: its manoeuvres are an action for `every` seconds, then a brake to rest; k as of `Loop`.
     system: the black box that the environment drives; refused where the model is of another one.
-    body: as of `reach_avoid`.
-    every: [s] of one step of the environment.
+    body: as of `reach_avoid`. every: [s] of one step of the environment.
     sense: (environment, observation) -> Sensed, before each step.
     ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.
     act: (k (n_k,), seconds since its begin, given now) -> action of a manoeuvre, as in its runs.
@@ -149,7 +148,7 @@ class Shield(gymnasium.Wrapper):
         self._last = self._rows[0, self._given]  # the last given parameters that were finite
         self._steps: int | None = None  # None until a reset has certified a stop
         self._left = False  # the tube of the manoeuvre under way, and that was told
-        self._require_actions()
+        self._require_actions(model.domain.lo, model.domain.hi, self._rows[0])
 
     def reset(self, **options: Any) -> tuple[Any, dict]:
         """Reset the environment, then as `restart`."""
@@ -298,7 +297,7 @@ class Shield(gymnasium.Wrapper):
             return {"certified_until": float(one.seen_outside[0]), "clearance": -np.inf}
         return {"certified_until": float(one.told_until), "clearance": one.clearance}
 
-    def _require_actions(self) -> None:
+    def _require_actions(self, *ends: np.ndarray) -> None:
         """Raises InputError where actions and manoeuvres of each other are not."""
         space = self.action_space
         check_kind("Shield: action space", space, gymnasium.spaces.Box)
@@ -307,7 +306,8 @@ class Shield(gymnasium.Wrapper):
         for corner in (space.low, space.high):
             with reading("Shield: ask", f"to take actions of shape {space.shape}", Exception):
                 self._asked(corner)
-        for k, seconds in product(self._rows, (0.0, 1.0)):
+        for end, k, seconds in product(ends, self._rows, (0.0, 1.0)):
+            self._last = end[self._given]  # a stop may begin at the greatest speeds
             self._driven(k, seconds)
 
     def _driven(self, k: np.ndarray, seconds: float) -> np.ndarray:

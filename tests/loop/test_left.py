@@ -211,7 +211,9 @@ def test_what_was_driven_before_the_first_manoeuvre_is_not_called_inside():
     for record, place in ((1, 0.05), (3, np.nan), (0, -1.0)):
         moved = path.copy()
         moved[record, 1] = place
-        with pytest.raises(InputError, match=r"stands until the first .* before 1 s. Tell of all"):
+        with pytest.raises(
+            InputError, match=r"stands until the first .* moves before 1 s. Tell of all"
+        ):
             pj.drive.left_tube([one], moved)
     drifted = path.copy()
     drifted[:4] += 0.009  # as one that settles

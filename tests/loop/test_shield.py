@@ -242,6 +242,8 @@ def test_an_action_that_the_environment_does_not_take_as_it_is_is_none(model):
         shielded(whole, model)
     with pytest.raises(pj.InputError, match=r"act: expected an action within Box\(-1.0, 1.0"):
         shielded(model=model, act=lambda *of: 3 * act(*of))
+    with pytest.raises(pj.InputError, match=r"got \[1.3, 1.3\]"):  # not when it has to stop
+        shielded(model=model, act=lambda k, t, given: k[2:] if t < 0.2 else -1.3 * given)
     narrow.action_space = gymnasium.spaces.Box(-0.5, 0.5, (2,))
     env = shielded(narrow, model, candidates=[[0.5, 0.0]])
     env.reset()
