@@ -28,6 +28,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 gymnasium = package("gymnasium", "Shield", "rl")
 
 PATIENT = Effort(candidates=AT_ONCE, judged=AT_ONCE, looks=16 * AT_ONCE, deadline=10.0)
+ROUNDED_BY = 1e-6  # [of an action] what clip and dtype may change of it; more is not driven
 
 Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -316,6 +317,6 @@ class Shield(gymnasium.Wrapper):
         with blamed("act: expected the action of a manoeuvre"):
             action = as_float64("act", self._act(k, seconds, self._last), space.shape)
         driven = action.clip(space.low, space.high).astype(space.dtype)
-        if not np.allclose(driven, action, 1e-6):  # more than rounding
+        if not np.allclose(driven, action, ROUNDED_BY):
             raise InputError(f"act: expected an action within {space}; got {action.tolist()!r:.60}")
         return driven

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 64  # candidates judged in one compiled call, between readings of the clock
 SHORTEST = 1e-9  # [s] deadline
+SAME_MOMENT = 1e-6  # [s] by which a measurement may be told later than the clock: rounding of it
 AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
 Prefer = Callable[[Outlook], np.ndarray]
@@ -200,7 +201,7 @@ class Loop:
         try:
             if measured is not None:
                 own, begin = begin, float(as_float64("measured", measured, ()))
-                if begin > own + 1e-6:  # no deadline would count from there
+                if begin > own + SAME_MOMENT:  # no deadline would count from there
                     got = f"at {own:.15g} s; got {begin:.15g} s."
                     raise InputError(f"measured: expected the loop's own clock, {got}")
             now, here = self._time(at, begins=True), self._here(pose)
