@@ -109,7 +109,12 @@ def drive(options: Options) -> str:
     if options.save is not None:
         options.save.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    told = map(json.loads, lines)
+    told = list(map(json.loads, lines))
+    if not all("watch" in one for one in told):
+        raise pj.InputError(
+            f"{options.out}: expected drives of this driver; got those of one before it, which "
+            "remembered nobody. Choose another --out."
+        )
     done = {(x["planner"], x["world"], x["phase"], x["lidar"], x["watch"]): x for x in told}
     # the worlds of all kinds alternate, so that an unfinished run has some of each
     shown = sorted(options.worlds or numbers(), key=lambda number: (number % 20, number))

@@ -282,3 +282,10 @@ def test_tubes_of_movers_are_the_same_on_another_processor():
         for kind in ("SSE4_2", "AVX2")
     }
     assert len(told) == 1
+
+
+def test_drives_of_a_driver_before_are_not_counted_as_of_this_one(tmp_path):
+    old = tmp_path / "old.jsonl"
+    old.write_text('{"planner": "loop", "world": 1, "phase": 0, "lidar": false}\n')
+    with pytest.raises(pj.InputError, match="Choose another --out"):
+        shell.drive(shell.Options(worlds=(1,), out=old))
