@@ -119,7 +119,7 @@ def _solver_in_trouble(bench: Bench, model, problem) -> tuple[int, int]:
         nonlocal injected
         injected += 1
         nothing = np.zeros(0)
-        return LPResult(LPStatus.UNKNOWN, nothing, nothing, nothing, -np.inf, np.inf, "injected")
+        return LPResult(LPStatus.UNKNOWN, nothing, nothing, -np.inf, np.inf, "injected")
 
     table = enumerate_regions(model.net, model.domain)
     regions = islice(

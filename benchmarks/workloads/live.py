@@ -15,7 +15,6 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.workloads.clutter import _compiled
-from parc_jax.answer.why import why_of
 from parc_jax.app.live import Live, swept
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import Problem, reach_avoid
@@ -50,8 +49,7 @@ def run(bench: Bench) -> Result:
     metrics, rows = [], []
     for n in bench.size(COUNTS, (1,)):
         live = Live(model, among(n))
-        live.settle()  # as the page does before it opens
-        why_of(live.scene())
+        live.warm_up()  # as the page does before it opens
         before, rng = len(_compiled), np.random.default_rng(1)
         drags, plans, releases = [], [], []
         names = [name for name in live.grips if name != "start"]

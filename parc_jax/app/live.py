@@ -39,6 +39,7 @@ from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, padded, pruned_scene, scene_of, size_class
+from parc_jax.safe_set.verdict.screen import screen
 
 HASTE = 0.03  # [s] after which no more plans are looked for while something is dragged
 PROPOSED = 4096  # new plans, beside those that were safe before and plans near them
@@ -250,7 +251,9 @@ class Live:
             for name, grip in ((name, grip) for name, grip in grips.items() if grip.free):
                 self.move(name, grip.place, _turn(turn, len(grip.place)) @ grip.turn)
             self.settle()
-            why_of(self.scene())
+            why_of(scene := self.scene())
+            none = np.zeros((1, scene.model.n_p)), np.zeros((1, scene.model.n_k))
+            screen(scene, *none, rare=True)  # as of a scene in which few plans are safe
         self.grips, self.off = grips, off
 
     def proved(self) -> Answer:

@@ -50,10 +50,10 @@ class Rows(NamedTuple):
     over: Any
 
 
-@jax.jit
-def fresh(key):
-    """Weights, and the state of Adam."""
-    weights = POLICY.init(key, jnp.zeros((1, SEEN), jnp.float32))
+@partial(jax.jit, static_argnames="seen")
+def fresh(key, seen: int = SEEN):
+    """Weights, and the state of Adam, of a policy that sees so many numbers."""
+    weights = POLICY.init(key, jnp.zeros((1, seen), jnp.float32))
     return weights, ADAM.init(weights)
 
 

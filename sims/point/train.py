@@ -1,6 +1,7 @@
 """PPO on PointGoal from its first step on behind the shield, or without it, or with a Lagrangian:
 
     python -m sims.point.train --steps 1000000 [--penalty 0.01 --patience 100] [--bare [--limit 25]]
+    python -m sims.point.train --steps 1000000 --bare --robot Car | --level 2
 
 One row of a CSV per round of rollouts, with counts of all steps so far: reward gained, steps in
 contact, those in which a true pose of every 10 ms was inside a hazard, of which there are none
@@ -12,16 +13,15 @@ the CSV stands the policy, with all that is needed to go on from it in new world
 import csv
 import time
 from dataclasses import dataclass
+from typing import Literal
 
 import flax.serialization
 import jax
 import numpy as np
 
-from sims import point
-from sims.point import environment
-from sims.point.policy import SEEN, Scale
+from sims.point.policy import Scale
 from sims.point.ppo import Rows, Training, act, fresh, keys_of, learn, raised
-from sims.point.together import measured, shield_of
+from sims.point.together import KITS, measured, shield_of
 from sims.point.world import HAZARD, World
 
 STANDS = 0.1  # [m] from where it was, within which a robot stands
@@ -37,19 +37,21 @@ class Options(Training):
     horizon: int = 32
     """Steps of each world between updates."""
     level: int = 1
+    robot: Literal["Point", "Car"] = "Point"
 
 
 class Worlds:
     """Some worlds at once, behind one shield. begin: round in which they begin."""
 
     def __init__(self, options: Options, begin: int):
-        n = options.worlds
-        self.envs = [environment.PointGoal(options.level) for _ in range(n)]
+        n, kit = options.worlds, KITS[options.robot]
+        self.envs = [kit.goal(options.level) for _ in range(n)]
+        self.module = kit.module
         self.draw = np.random.default_rng((options.seed, begin))
         self.options, self.counts = options, dict.fromkeys(COUNTED, 0)
         self.seen = np.array([self.reset(env) for env in self.envs])
         self.last, self.since = np.full((n, 2), np.nan), np.zeros(n, int)  # where, how long ago
-        self.start, self.decide = (None, None) if options.bare else shield_of("Point")
+        self.start, self.decide = (None, None) if options.bare else shield_of(options.robot)
         if self.start is not None:
             self.under_way = self._started(np.ones(n, bool))
 
@@ -64,7 +66,7 @@ class Worlds:
 
     def _started(self, which: np.ndarray):
         with jax.enable_x64(True):
-            new = jax.tree.map(np.asarray, self.start(*measured(point, self.worlds)))
+            new = jax.tree.map(np.asarray, self.start(*measured(self.module, self.worlds)))
         if not new.certified[which].all():
             raise RuntimeError("expected a certified stop at each reset")
         return new
@@ -74,7 +76,7 @@ class Worlds:
         driven, changed = actions.astype(np.float64), np.zeros(len(actions), bool)
         if self.start is not None:
             with jax.enable_x64(True):
-                told = self.decide(self.under_way, *measured(point, self.worlds), driven)
+                told = self.decide(self.under_way, *measured(self.module, self.worlds), driven)
             before = np.asarray(self.under_way.left)
             self.under_way, told = jax.tree.map(np.asarray, told)
             driven, changed = told.action, told.changed
@@ -117,8 +119,8 @@ class Worlds:
 
 def train(options: Options) -> None:
     """Train, and write a row for each round. Goes on where a policy of that name was saved."""
-    n, scale = options.worlds, Scale(SEEN)
-    weights, state = fresh(jax.random.PRNGKey(options.seed))
+    n, (seen,) = options.worlds, KITS[options.robot].goal(options.level).observation_space.shape
+    scale, (weights, state) = Scale(seen), fresh(jax.random.PRNGKey(options.seed), seen)
     counts = dict.fromkeys(("rounds", "contact", "episodes", *COUNTED), 0)
     kept = {"weights": weights, "state": state, "scale": scale.__dict__, "counts": counts}
     kept |= {"multiplier": 0.0, "gained": 0.0}
@@ -133,11 +135,11 @@ def train(options: Options) -> None:
     while counts["rounds"] * options.horizon * n < options.steps:
         rows, (key, keys) = [], keys_of(options.seed, counts["rounds"], options.horizon)
         for own in np.asarray(keys):
-            seen = scale.learn(worlds.seen)
-            action, density, value = map(np.asarray, act(weights, seen, own))
+            scaled = scale.learn(worlds.seen)
+            action, density, value = map(np.asarray, act(weights, scaled, own))
             reward, cost, over, penalty = worlds.step(action)
             got = np.stack([reward - penalty, cost], axis=-1)
-            rows.append((seen, action, density, value, got, over))
+            rows.append((scaled, action, density, value, got, over))
             gained += float(reward.sum())
             counts["episodes"] += int(over.sum())
         of_round = Rows(*(np.stack(x) for x in zip(*rows, strict=True)))

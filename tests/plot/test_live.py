@@ -338,3 +338,13 @@ def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
     assert "whatever else the goal asks" in first  # it is of these plans alone
     assert first.endswith(f"are safe, confidence {rounded_down(str(share.confidence), 10)}")
     assert last == f"the tube is {answer.model.claim.kind}, not shown"
+
+
+@pytest.mark.slow
+def test_nothing_compiles_on_release_where_few_plans_are_safe():
+    """Such a scene is first looked at in some of its many intervals, by a program of its own."""
+    model, problem = sims.model("drift_parking"), sims.drift_parking.problem("rectangle")
+    page = Live(model, problem)
+    page.warm_up()
+    page.move("obstacle 0", page.grips["obstacle 0"].middle + np.array([1.2, 0.0]))
+    assert compiled_by(page.settle) == 0

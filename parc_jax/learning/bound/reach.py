@@ -46,8 +46,9 @@ class Reach:
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
 
     def during(self, intervals: Int[ArrayLike, " s"]) -> "Reach":
-        """Restriction to intervals."""
-        half, lost = (None if x is None else x[..., intervals] for x in (self.half, self.lost))
+        """Restriction to intervals, on the host."""
+        both = self.half, self.lost
+        half, lost = (None if x is None else np.asarray(x)[..., intervals] for x in both)
         return self.replace(half=half, lost=lost)
 
 

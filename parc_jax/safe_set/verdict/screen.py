@@ -235,15 +235,15 @@ class Screened(NamedTuple):
     bin: np.ndarray
 
 
-def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
-    """Which of the plans with predicted ends z and parameters k are safe."""
+def screen(scene: Scene, z: Positions, k: ManyParams, rare: bool = False) -> Screened:
+    """Which of the plans with predicted ends z and parameters k are safe; rare: probably few."""
     p0, reaches = anchor(scene, z, k)
     row = np.flatnonzero(reaches)
-    parts, rare = [], False
+    parts = []
     for some in slices(max(len(row), 1), AT_ONCE):
-        looks = (_in_part, _whole) if rare else (_whole,)
+        looks = (_in_part, _whole) if rare and scene.model.time.n_steps > MANY else (_whole,)
         parts.append(_screen(scene, p0, k, row[some], looks))
-        rare = len(parts[-1][0]) < RARE * AT_ONCE and scene.model.time.n_steps > MANY
+        rare = len(parts[-1][0]) < RARE * AT_ONCE
     return Screened(len(row), *(np.concatenate(field) for field in zip(*parts, strict=True)))
 
 
