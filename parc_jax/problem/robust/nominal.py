@@ -204,7 +204,8 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
 def _common_error(sets: list[HPolytope | None]) -> np.ndarray:
     """(2,) an error that all edges of a region may have, of their error sets. Raises InputError."""
     rows: dict[tuple, float] = {}  # of their intersection
-    for one in (from_box(box([0.0] * 2, [0.0] * 2)) if by is None else by for by in sets):
+    each = {id(by): by for by in sets}.values()  # all edges of a scan have one
+    for one in (from_box(box([0.0] * 2, [0.0] * 2)) if by is None else by for by in each):
         for row, bound in zip(one.A.tolist(), one.b.tolist(), strict=True):
             rows[tuple(row)] = min(bound, rows.get(tuple(row), bound))
     common = HPolytope(np.array(list(rows)), np.array(list(rows.values())))
