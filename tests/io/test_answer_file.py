@@ -98,6 +98,17 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
     assert said in found.details() and said in found.choose().details() and said in found.summary()
 
 
+def test_obstacles_that_always_exist_come_back_beside_those_that_do_not(tmp_path):
+    blocks = [pj.box([-0.5, 0.3], [0.0, 0.6]), pj.box([-0.5, 0.7], [0.0, 0.8])]
+    for spans in ([None, (1, 3)], [pj.problem.Span((0, 3), 0.25, 0.0), None]):
+        asked = pj.reach_avoid(toy_query.GOAL, blocks, 0.1, spans=spans)
+        found = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings(target=0.1))
+        back = load_answer(found.save(tmp_path / "answer.json"))
+        assert back.problem.spans == found.problem.spans and back.details()
+        for mine, theirs in zip(back.problem.spans, found.problem.spans, strict=True):
+            assert mine is theirs is None or vars(mine) == vars(theirs)
+
+
 @pytest.mark.parametrize("proved", [False, True])
 def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]

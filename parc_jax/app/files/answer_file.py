@@ -52,7 +52,8 @@ def _answer(data: dict, report) -> Answer:
     if "spans" in meta:  # beside the intervals, for which moment and steps of what length
         spans = [
             s and Span(s, dt and float(dt), at and float(at), loop or None, said, more)
-            for s, (dt, at, said, more, loop) in zip(problem.all_spans, meta["spans"], strict=True)
+            for s, of in zip(problem.all_spans, meta["spans"], strict=True)
+            for dt, at, said, more, loop in [of or [None] * 5]  # of none where it always exists
         ]
         problem = problem.replace(spans=spans)
     if "edges" in meta:
@@ -65,7 +66,6 @@ def _answer(data: dict, report) -> Answer:
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
     counts, told = meta["counts"], meta["coverage"]
     told = {name: x if isinstance(x, int) else nearest_floats(x) for name, x in told.items()}
-    corridors = [corridor_of(scene, part) for part in data["corridors"]]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
@@ -74,7 +74,7 @@ def _answer(data: dict, report) -> Answer:
         *tally,
         points=points(p0, k, verdicts(scene, p0, k)),
         coverage=Coverage(**told),
-        corridors=corridors,
+        corridors=[corridor_of(scene, part) for part in data["corridors"]],
         within=Place(*sides) if sides else None,
         ended=ended,
         total_volume=volume_of_all(scene) if total is None else float(total),
@@ -84,10 +84,10 @@ def _answer(data: dict, report) -> Answer:
     if no_plan is not None:
         no_plan = no_plan._replace(reason=why_none(scene), uncertainty=nominal.uncertainty)
     looks = looks_of_json(meta.get("looks"))
-    _require_start(nominal, [*p0, *(corridor.p0 for corridor in corridors)])
+    _require_start(nominal, [*p0, *(corridor.p0 for corridor in cover.corridors)])
     turned = nominal.pose is not None and nominal.pose.heading is not None
     turned |= any(s is not None and s.at is not None for s in problem.all_spans)
-    found, robust = bool(samples.size or corridors), nominal.uncertainty is not None
+    found, robust = bool(samples.size or cover.corridors), nominal.uncertainty is not None
     unchecked = about_file(found, robust, turned, bool(problem.rests_on))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
