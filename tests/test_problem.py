@@ -68,15 +68,28 @@ def test_what_is_replaced_is_given_as_to_a_new_problem():
     assert other.body == made.body
     named = reach_avoid(goal_of_points(NAMES, BAY), [BAY], hull("left"), spans=[(0, 1)])
     assert named.replace(body=hull("right")).points == NAMES
-    assert named.replace(obstacles=[wall]).spans == ((0, 1),)
+    assert named.replace(obstacles=[wall], spans=named.spans).spans == ((0, 1),)
     for wrong, said in (
-        ({"obstacles": [1.0]}, "obstacle: expected a Box or an HPolytope; got float"),
-        ({"obstacles": [BAY, wall]}, r"one entry per obstacle \(2\); got 1"),
+        ({"obstacles": [1.0], "spans": [None]}, "obstacle: expected a Box or an HPoly.* got float"),
+        ({"obstacles": [BAY, wall], "spans": named.spans}, r"one entry per obstacle \(2\); got 1"),
         ({"obstacle": [BAY]}, "entries to change among goal, obstacles.* got obstacle"),
         ({"body": -1.0}, "radius: expected a number >= 0"),
     ):
         with pytest.raises(InputError, match=said):
             named.replace(**wrong)
+
+
+def test_new_obstacles_do_not_take_over_what_the_old_ones_have_one_by_one():
+    """They did by their place in the list: a wall existed while the van before it had."""
+    wall, error = box([5.0, 0.0], [6.0, 1.0]), box([-0.1, -0.1], [0.1, 0.1])
+    spans, each = reach_avoid(BAY, [BAY, wall], 0.5, spans=[(0, 1), None]), [None, error]
+    errors = reach_avoid(BAY, [BAY, wall], 0.5, uncertainty=Uncertainty(obstacles=each))
+    for told, name in ((spans, "spans"), (errors, "uncertainty")):
+        with pytest.raises(InputError, match=f"problem: expected {name} beside new obstacles"):
+            told.replace(obstacles=[wall, BAY])
+        assert getattr(told.replace(obstacles=[wall], **{name: None}), name) in ((None,), None)
+    alike = reach_avoid(BAY, [BAY], 0.5, spans=[None], uncertainty=Uncertainty(obstacles=error))
+    assert alike.replace(obstacles=[BAY, wall]).uncertainty == alike.uncertainty  # one for all
 
 
 ROWS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])

@@ -244,14 +244,9 @@ class Answer:
         def accepts(polytopes: list) -> np.ndarray:
             return prove(self.problem, self.model, [], (), polytopes)[2]
 
+        sure, proof = cover.coverage.confidence, accepts if cover.proved else None
         return cut_polytopes(
-            self.scene,
-            self._corridors,
-            key,
-            n,
-            within=cover.within,
-            confidence=cover.coverage.confidence,
-            accepts=accepts if cover.proved else None,
+            self.scene, self._corridors, key, n, within=cover.within, confidence=sure, accepts=proof
         )
 
     def share_of_k(self) -> float:
@@ -340,12 +335,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "pose": None if pose is None else [*pose.place.tolist(), pose.heading],
     }
     meta |= {name: value for name, value in optional.items() if value is not None}
-    return answer_part(
-        answer.problem,
-        answer.model,
-        answer.certificates,
-        answer.corridors,
-        () if polytopes is None else polytopes.all,
-        no_plan=None if answer.absence is None else answer.absence.certificate,
-        meta=meta,
-    )
+    of = answer.problem, answer.model, answer.certificates, answer.corridors
+    cut = () if polytopes is None else polytopes.all
+    no_plan = None if answer.absence is None else answer.absence.certificate
+    return answer_part(*of, cut, no_plan=no_plan, meta=meta)

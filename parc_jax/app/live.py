@@ -165,7 +165,8 @@ class Live:
         grips, model = dict(self.grips), self.model
         heading = model.labels.heading if model.n_p == 2 else None
         heading = None if heading is None else model.n_c + heading
-        changes: dict = {"goal": grips["goal"].moved(model.n_points, heading)}
+        changes: dict = {"spans": self._told.spans, "uncertainty": self._told.uncertainty}
+        changes["goal"] = grips["goal"].moved(model.n_points, heading)
         if self.pose_size is None and "start" in grips:
             changes["start"] = grips["start"].moved()
         names = [f"obstacle {j}" for j in range(len(self._told.obstacles))]

@@ -135,6 +135,14 @@ class Problem:
                 f"problem: expected entries to change among {', '.join(names)}; got "
                 f"{', '.join(unknown)}."
             )
+        errors = () if self.uncertainty is None else self.uncertainty.obstacles
+        told = {"spans": any(self.spans), "uncertainty": len(errors) > 1}
+        for name in told if "obstacles" in changes else ():
+            if told[name] and name not in changes:
+                raise InputError(
+                    f"problem: expected {name} beside new obstacles: the old ones have an entry "
+                    f"each; got obstacles alone. Give {name} too, as to `reach_avoid`."
+                )
         points = changes.pop("points", self.points)
         entries = {name: getattr(self, name) for name in names if name != "points"} | changes
         if all(span is None for span in entries["spans"] or ()):

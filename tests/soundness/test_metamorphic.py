@@ -149,7 +149,8 @@ def test_rows_may_be_reordered_rescaled_and_repeated_and_obstacles_swapped(seed,
     for o in problem.obstacles:
         order, size = rng.permutation(len(o.b)), 2.0 ** rng.integers(-20, 20, len(o.b))
         obstacles.append(hpolytope(o.A[order] * size[:, None], o.b[order] * size))
-    same(before, margins(model, problem.replace(obstacles=tuple(obstacles)), p0, k))
+    other = problem.replace(obstacles=tuple(obstacles), spans=problem.spans)
+    same(before, margins(model, other, p0, k))
     swapped = problem.replace(obstacles=problem.obstacles[::-1], spans=problem.spans[::-1])
     same(before, margins(model, swapped, p0, k))
     twice = problem.replace(obstacles=problem.obstacles * 2, spans=problem.spans * 2)
@@ -158,7 +159,7 @@ def test_rows_may_be_reordered_rescaled_and_repeated_and_obstacles_swapped(seed,
         hpolytope(np.concatenate([o.A, [[1.0, 0.5]]]), np.append(o.b, 1e3))
         for o in problem.obstacles
     )
-    same(before, margins(model, problem.replace(obstacles=extra), p0, k))
+    same(before, margins(model, problem.replace(obstacles=extra, spans=problem.spans), p0, k))
 
 
 def test_the_order_and_the_company_of_plans_do_not_matter(rng):
@@ -188,7 +189,7 @@ def tightened(model, problem, rng):
         o.replace(b=o.b - rng.uniform(0, 0.02) * np.linalg.norm(o.A, axis=1))
         for o in problem.obstacles
     )
-    yield "smaller obstacles", model, problem.replace(obstacles=smaller)
+    yield "smaller obstacles", model, problem.replace(obstacles=smaller, spans=problem.spans)
     yield (
         "one obstacle fewer",
         model,

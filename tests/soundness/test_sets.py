@@ -191,7 +191,7 @@ WRONG = {  # what a broken engine would have solved instead: (model, problem) ->
     "obstacle forgotten at the end": lambda m, p: (m, p.replace(spans=((0, 2), (0, 2)))),
     "obstacles mirrored": lambda m, p: (
         m,
-        p.replace(obstacles=tuple(o.replace(A=-o.A) for o in p.obstacles)),
+        p.replace(obstacles=tuple(o.replace(A=-o.A) for o in p.obstacles), spans=p.spans),
     ),
     "outputs read space-major": lambda m, p: (with_output(m, space_major), p),
     "a bias lost": lambda m, p: (first_bias_lost(m), p),

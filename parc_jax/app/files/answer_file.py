@@ -49,16 +49,16 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem = model_of_file(data), problem_of_file(data["problem"])
     meta = _meta(data["meta"], model)
+    spans, edges = list(problem.all_spans), list(problem.obstacles)
     if "spans" in meta:  # beside the intervals, for which moment and steps of what length
         spans = [
             s and Span(s, dt and float(dt), at and float(at), loop or None, said, more)
             for s, of in zip(problem.all_spans, meta["spans"], strict=True)
             for dt, at, said, more, loop in [of or [None] * 5]  # of none where it always exists
         ]
-        problem = problem.replace(spans=spans)
     if "edges" in meta:
         edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]
-        problem = problem.replace(obstacles=edges)
+    problem = problem.replace(obstacles=edges, spans=spans)
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
