@@ -110,17 +110,12 @@ class Exact:
         """The cover by draws, from everywhere or a place. Without any claim nothing is safe."""
         if not scene.model.tube.claimed.any():
             return _nothing(scene, settings)
+        confidence = settings.confidence
         if settings.samples_only:
-            n, confidence = settings.samples, settings.confidence
-            return draw_safe_plans(scene, key, rng, n, confidence, limit, within)
+            return draw_safe_plans(scene, key, rng, settings.samples, confidence, limit, within)
+        target, work = settings.target, work_of(settings.work)
         return cover(
-            scene,
-            rng,
-            target=settings.target,
-            confidence=settings.confidence,
-            work=work_of(settings.work),
-            limit=limit,
-            within=within,
+            scene, rng, target=target, confidence=confidence, work=work, limit=limit, within=within
         )
 
 

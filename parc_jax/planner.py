@@ -95,12 +95,8 @@ def answered(
 ) -> Answer:
     """The answer of a search that began at `begin` [s], less what the exact checker refuses."""
     covered = time.perf_counter()
-    _log.info(
-        "searched for %.1f s: %d safe points, %d corridors",
-        covered - begin,
-        cover.safe,
-        len(cover.corridors),
-    )
+    told = covered - begin, cover.safe, len(cover.corridors)
+    _log.info("searched for %.1f s: %d safe points, %d corridors", *told)
     chosen = cover.points
     samples = np.concatenate([chosen.p0, chosen.k], axis=1)
 
@@ -172,7 +168,8 @@ class Planner:
         key: from `jax.random`; its SEARCH stream is used.
         settings: sizes, work and method; by default `Settings.whole()`.
         at: pose of the robot, x, y or x, y, heading, for plans from there: sets in k alone; with a
-            heading, which needs a system that declares `rotation`, in the robot's frame.
+            heading, for which a system declares `rotation`, in the robot's frame; turns count, as
+            those of the goal.
         validate: test nested sets of plans by fresh runs in this scene; `Answer.validation` has the
             largest that shows the given risk. By default by the recordings that a model of a
             log keeps, where they show a smaller risk than its claim. [T42]

@@ -138,6 +138,30 @@ def test_a_heading_in_degrees_is_told(start):
     assert found.sure and "degrees" not in found.words
 
 
+def test_a_heading_that_is_told_whole_turns_off_is_told():
+    """q is k_0, from -1 to 1. Turns are counted, so nothing ends there; but few may mean that."""
+    labels = Labels(p=("x [m]", "y [m]"), q=("heading [rad]",), k=("k0", "k1"))
+    model, wall = toy_models.told(line_model(), labels=labels), box([9.0, 9.0], [9.5, 9.5])
+    turning, start = toy_models.told(model, rotation=(TURNS,)), box([2.5, 0.0], [2.6, 0.1])
+
+    def words(model, middle):
+        goal = box([3.0, -0.5, middle - 0.5], [3.6, 0.5, middle + 0.5])
+        return why(model, goal, wall, 0.0, start=start).words
+
+    hint = "Turns are counted: is the goal told "
+    assert f"{hint}1 turn too high, or the pose's heading too low?" in words(turning, 2 * np.pi)
+    assert f"{hint}2 turns too low, or the pose's heading too high?" in words(turning, -4 * np.pi)
+    for other, middle in ((model, 2 * np.pi), (turning, np.pi), (turning, 3 * np.pi)):
+        assert hint not in words(other, middle)  # of what does not turn, and between turns
+
+
+def test_a_pose_that_is_told_a_whole_turn_away_is_asked_about():
+    model = toy_models.told(line_model(), rotation=(TURNS,))
+    goal, at = box([0.3, -0.5, -0.5], [0.9, 0.5, 0.5]), (0.0, 0.0, 2 * np.pi)
+    said = here(model, goal, [WALL], 0.1, at, samples_only=True).summary()
+    assert "is the goal told 1 turn too low, or the pose's heading too high?" in said
+
+
 def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
     """A hull that the first point is no part of: its corners are where the network has them."""
     model = points_model(rng)

@@ -85,20 +85,15 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     chosen = list(executions.chosen)
     named = model.labels
     several = n_v * n_r > 1
+    q = named.q if n_v == 1 else [named_of(x, v) for v in range(n_v) for x in named.q]
+    k = [named.k[axis] for axis in chosen]
     subject = replace(
         model.claim.subject,
         domain=domain,
         points=_copies_of(model.points, n_v * n_r) if several else model.points,
         rotation=None if model.rotation is None else model.rotation * n_v,
         given=(),  # a measured parameter that is still there is free
-        labels=valid_labels(
-            model.n_p,
-            model.n_q * n_v,
-            len(chosen),
-            p=named.p,
-            q=named.q if n_v == 1 else [named_of(x, v) for v in range(n_v) for x in named.q],
-            k=[named.k[axis] for axis in chosen],
-        ),
+        labels=valid_labels(model.n_p, model.n_q * n_v, len(chosen), named.p, q, k),
     )
     bin_eps = _eps(model.claim, model.tube, axes)
     # the law of k says nothing about parameters that no plan chooses

@@ -55,13 +55,10 @@ class BoxScenes:
         start = None if free else box(self.start_lo[i], self.start_hi[i])
         A, b = _rows(self.goal_lo[i : i + 1], self.goal_hi[i : i + 1])
         asked = (A[0] != 0).any(axis=1)
-        return reach_avoid(
-            hpolytope(A[0, asked], b[0, asked]),
-            [box(self.obstacle_lo[i, j], self.obstacle_hi[i, j]) for j in kept],
-            self.body,
-            start,
-            [Span(self.spans[i, j].tolist(), self.of.time.dt) for j in kept],
-        )
+        goal = hpolytope(A[0, asked], b[0, asked])
+        obstacles = [box(self.obstacle_lo[i, j], self.obstacle_hi[i, j]) for j in kept]
+        spans = [Span(self.spans[i, j].tolist(), self.of.time.dt) for j in kept]
+        return reach_avoid(goal, obstacles, self.body, start, spans)
 
 
 def box_scenes(

@@ -182,12 +182,8 @@ class Counts(NamedTuple):
 
     def plus(self, one: Draw) -> "Counts":
         """With one draw more."""
-        return Counts(
-            drawn=self.drawn + one.drawn,
-            reaching=self.reaching + one.reaching,
-            safe=self.safe + len(one.safe.k),
-            volume=one.volume,
-        )
+        reaching, safe = self.reaching + one.reaching, self.safe + len(one.safe.k)
+        return Counts(self.drawn + one.drawn, reaching, safe, one.volume)
 
     @property
     def hopeless(self) -> bool:

@@ -1,6 +1,7 @@
 """Scenes in which no plan can be safe: the reason, in a sentence, without a certificate."""
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,11 +9,12 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.spelling import exact, rounded_down
+from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import outputs_within
+from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.safe_set.verdict.scene import Scene
@@ -184,12 +186,26 @@ def _out_of_reach(scene: Scene) -> str | None:
     axis = int(missed[0])
     q, p = model.labels.q, model.labels.p
     label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
-    asked = float(goal_lo[axis]), float(goal_hi[axis])
+    ends, asked = (lo[axis], hi[axis]), (float(goal_lo[axis]), float(goal_hi[axis]))
     return (
-        f"{words}: {name_of(label)} at its end is between {lo[axis]:.6g} and "
-        f"{hi[axis]:.6g}, the goal asks for {exact(asked[0])} to {exact(asked[1])}."
-        f"{degrees_hint(label, *asked)}"
+        f"{words}: {name_of(label)} at its end is between {ends[0]:.6g} and {ends[1]:.6g}, the "
+        f"goal asks for {exact(asked[0])} to {exact(asked[1])}."
+        f"{_turns_hint(model, axis, *ends, *asked)}{degrees_hint(label, *asked)}"
     )
+
+
+def _turns_hint(model: TrajectoryModel, axis: int, lo, hi, goal_lo, goal_hi) -> str:
+    """A hint for a goal that whole turns would bring to where a heading ends, lo to hi; or nothing.
+    Turns are counted, so the reason is true; but whose headings lie within half a turn may slip.
+    """
+    if axis < model.n_c or model.rotation is None or model.rotation[axis - model.n_c] != TURNS:
+        return ""
+    turns = round((lo + hi - goal_lo - goal_hi) / (4 * math.pi))  # from middle to middle
+    if goal_lo + 2 * math.pi * turns > hi or goal_hi + 2 * math.pi * turns < lo:
+        return ""
+    high, low = ("high", "low") if turns < 0 else ("low", "high")
+    too = f"{counted(abs(turns), 'turn')} too {high}"
+    return f" Turns are counted: is the goal told {too}, or the pose's heading too {low}?"
 
 
 def _outputs(model: TrajectoryModel, first: int, end: int):
