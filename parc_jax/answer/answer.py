@@ -251,16 +251,18 @@ class Answer:
 
     def share_of_k(self) -> float:
         """Lower bound of the share of K that has a start in the corridors, Pi(T), with 99.9 %
-        confidence. Only a few ends in the goal are tried, so it may be far below the share. The
-        first call tries thousands of k.
+        confidence. Only a few ends in the goal are tried, so it may be far below the share; where
+        parameters are given or unknown it is 0. The first call tries thousands of k.
         """
         return self._share_of_k
 
     @cached_property
     def _share_of_k(self) -> float:
-        share, uncertainty = self._plans.share_of_k(), self.scene.nominal.uncertainty
-        K = self.model.domain
-        return share if uncertainty is None else share * K.volume / uncertainty.volume_of_k(K)
+        uncertainty, part = self.scene.nominal.uncertainty, 1.0
+        if uncertainty is not None:
+            of_k, chosen = uncertainty.parameters
+            part = self.model.domain.volume / uncertainty.k_volume if chosen == of_k else 0.0
+        return part * self._plans.share_of_k()
 
     def risk(self) -> Risk | NoStatement:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]

@@ -1,10 +1,14 @@
 """The content of an answer and its refusals, against an answer whose true values are known."""
 
+from dataclasses import replace
+from fractions import Fraction
+
 import jax
 import pytest
 from toy_whole import answer
 
 import parc_jax as pj
+from parc_jax.problem.robust.realisations import Robustness
 
 
 def test_membership_needs_goal_and_start_too():
@@ -18,6 +22,16 @@ def test_membership_needs_goal_and_start_too():
 def test_the_share_of_k_is_a_lower_bound():
     """All of K is hit, by 20,000 draws: the share is at least the thousandth's 20,000th root."""
     assert answer().share_of_k() == pytest.approx(0.001 ** (1 / 20_000), abs=1e-8)
+
+
+def test_of_a_slice_of_k_no_share_of_k_is_known():
+    """It was that of the chosen parameters, of which a claim over all of K says nothing."""
+    of_all = answer().scene.nominal
+    for parameters, share in (((2, 2), 1.0), ((2, 1), 0.0), ((3, 2), 0.0)):
+        given = Robustness("k1 = 0.3", Fraction(0), parameters, of_all.model.domain.volume, True)
+        scene = replace(answer().scene, nominal=replace(of_all, uncertainty=given))
+        found = replace(answer(), scene=scene).share_of_k()
+        assert found == share * answer().share_of_k()
 
 
 def test_an_answer_has_few_members():
