@@ -52,8 +52,8 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
 def at_least(name: str, value, lowest: float = 0.0) -> float:
     """A finite number that is no less than the lowest. Raises InputError."""
     number = float(as_float64(name, value, ()))
-    if not number >= lowest:
-        raise InputError(f"{name}: expected a number >= {lowest:g}; got {number:g}.")
+    if np.asarray(value).dtype == bool or not number >= lowest:
+        raise InputError(f"{name}: expected a number >= {lowest:g}; got {value!s:.40}.")
     return number
 
 
