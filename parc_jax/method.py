@@ -80,11 +80,9 @@ class Exact:
         within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
-            no_plan = prove_no_plan(
-                lowered(scene.nominal),  # of what is there alone: boxes look at all of it
-                limit=limit,
-                max_leaves=min(work.leaves, MAX_LEAVES),
-            )
+            leaves = min(work.leaves, MAX_LEAVES)
+            # of what is there alone: boxes look at all of it
+            no_plan = prove_no_plan(lowered(scene.nominal), limit=limit, max_leaves=leaves)
             within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
         if limit.cut:  # by the local search or the proof; draws report their own end
             found = found._replace(ended=Ended.SECONDS)

@@ -3,7 +3,7 @@ goals, parameters that no plan chooses. [T21, T22]
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -20,6 +20,10 @@ from parc_jax.learning.system import LARGEST
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
 FREE = "free"  # in place of the value of a given parameter: plans choose it nevertheless
+
+
+class Each(tuple):
+    """Pairs (number, value) of a list: of every parameter of the robot."""
 
 
 @dataclass(frozen=True)
@@ -127,11 +131,11 @@ def _by_name(read: Callable, listed: bool = False) -> Callable:
 
     def valid(name: str, given) -> tuple:
         if isinstance(given, Mapping):
-            pairs = list(given.items())
+            pairs: Sequence = list(given.items())
         elif isinstance(given, tuple) and all(isinstance(e, tuple) and len(e) == 2 for e in given):
-            pairs = list(given)  # as it is stored
+            pairs = given  # as it is stored
         elif listed and not isinstance(given, str) and np.ndim(given) == 1:
-            pairs = list(enumerate(given))
+            pairs = Each(enumerate(given))
         else:
             example = ' such as {"speed": ...}'
             raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
@@ -139,7 +143,8 @@ def _by_name(read: Callable, listed: bool = False) -> Callable:
         names = [p for p, _ in named]
         if twice := [p for p in names if names.count(p) > 1]:
             raise InputError(f"{name}: expected every parameter once; {twice[0]} is named twice.")
-        return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
+        kind = Each if isinstance(pairs, Each) else tuple
+        return kind((p, read(f"{name} of {p}", value)) for p, value in named)
 
     return valid
 

@@ -381,6 +381,10 @@ REFUSED = {
     "uncertainty k of k0: expected less than half of the range of K, 1; got 1": Uncertainty(
         k=[1.0, 0]
     ),
+    "k: expected a list of 2 half widths, one per parameter .k0, k1., .* got 1": Uncertainty(
+        k=[0.02]
+    ),
+    "one per parameter .k0, k1., or some by name; got 1": replace(Uncertainty(), k=(0.02,)),
 }
 
 

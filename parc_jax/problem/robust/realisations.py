@@ -22,7 +22,7 @@ from parc_jax.learning.labels import axes_of, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.problem import finite_box
-from parc_jax.problem.uncertainty import FREE, Interval, Uncertainty
+from parc_jax.problem.uncertainty import FREE, Each, Interval, Uncertainty
 
 
 class Parameter(NamedTuple):
@@ -112,6 +112,11 @@ def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Execution
     """
     names = [name_of(label) for label in model.labels.k]
     off = _by_axis("uncertainty k", uncertainty.k, names)
+    if isinstance(uncertainty.k, Each) and len(off) not in (0, len(names)):
+        raise InputError(
+            f"uncertainty k: expected a list of {len(names)} half widths, one per parameter "
+            f"({', '.join(names)}), or some by name; got {len(off)}."
+        )
     given = _by_axis("uncertainty given", uncertainty.given, names)
     given = {axis: value for axis, value in given.items() if value != FREE}
     unknown = _by_axis("uncertainty unknown", uncertainty.unknown, names)

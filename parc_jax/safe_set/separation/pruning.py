@@ -153,12 +153,8 @@ def apart(problem: Problem, model: TrajectoryModel, extent: Extent, slack: float
     beyond = float(room.ravel()[settled].min(initial=np.inf))
     if not np.isfinite(beyond):
         return None
-    return Apart(
-        kept=np.flatnonzero(~settled),
-        row=np.where(settled, row.ravel(), -1),
-        spans=np.repeat(spans, n_parts, axis=0),
-        beyond=beyond,
-    )
+    kept, rows = np.flatnonzero(~settled), np.where(settled, row.ravel(), -1)
+    return Apart(kept, rows, np.repeat(spans, n_parts, axis=0), beyond)
 
 
 def _check_obstacles(problem: Problem, spans: np.ndarray, n_steps: int) -> None:

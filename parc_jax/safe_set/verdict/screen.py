@@ -255,12 +255,11 @@ def _screen(
     """
     for look in looks:
         asked = once(scene, look)
+        plans = row, p0[row], k[row]
         row, seen = map_rows(
             CHUNK,
             lambda row, p0, k, asked=asked: (row, _facet_tests(*asked, p0, k)),
-            row,
-            p0[row],
-            k[row],
+            *plans,
             only=lambda found: found[1].possible,
         )
         safe = np.ones(len(row), bool)
