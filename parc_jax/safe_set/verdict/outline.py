@@ -36,7 +36,7 @@ def require_fit(problem: Problem, robot: Subject | TrajectoryModel) -> None:
 def require_same(system: System, model: TrajectoryModel) -> None:
     """Refuse a system that is not the one of this model: another name, size or grid, a K that does
     not hold the model's, another law of its disturbances, another rotation or other parameters that
-    are measured at the start than the model knows. Its plant may differ. Raises InputError.
+    are measured at the start. Its plant, and what no law names, may differ. Raises InputError.
     """
     own, about, law = subject_of(system), model.claim.subject, model.claim.law
     K, whole = about.domain, own.domain
