@@ -554,7 +554,7 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
 @pytest.mark.parametrize(
     ("drive", "n", "options", "words"),
     [
-        (no_outcome, 3, {}, "all 3 so far failed, the last .*to return an Outcome; got bool"),
+        (no_outcome, 3, {}, "all 3 so far failed, the last .*expected an Outcome of .*; got bool"),
         (Toy(breaks=-1.0), 9, {}, "all 4 so far failed, the last in .*the wheels came off"),
         (Toy(), 0, {}, "episodes: expected a whole number >= 1"),
         (Toy(), 3, {"workers": -1}, "workers: expected"),
