@@ -133,4 +133,4 @@ def number_of(point: str | int, points: Sequence[str], name: str) -> int:
         return tuple(points).index(point)
     if isinstance(point, int | np.integer) and 0 <= point < len(points):
         return int(point)
-    raise InputError(f"{name}: expected points of the robot ({', '.join(points)}); got {point!r}.")
+    raise InputError(f"{name}: expected reference points ({', '.join(points)}); got {point!r}.")
