@@ -176,7 +176,7 @@ def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
     if given is None:
         if p.ndim == 3 or p.shape[2] == 1:
             return ONE_POINT
-        raise InputError(f"{path}: expected points, names of the {p.shape[2]} points in p.")
+        raise InputError(f"{path}: expected points, names of the {p.shape[2]} reference points.")
     points = check_points(str(path), given)
     if p.shape[2] != len(points) if p.ndim == 4 else p.shape[2] % len(points):
         raise InputError(

@@ -134,7 +134,7 @@ class RegionTable:
         inside = (numbers >= 0) & (numbers < self.count) if numbers.dtype.kind in "iu" else False
         mask = numbers.dtype == bool and numbers.shape == (self.count,)
         if numbers.size and not (mask or np.all(inside)):
-            raise InputError(f"region: expected 0 to {self.count - 1}; got {regions!r:.40}.")
+            raise InputError(f"region: expected any of 0 to {self.count - 1}; got {regions!r:.40}.")
 
     def region(self, i: int) -> HPolytope:
         """Region i as {x : A x <= b}. Raises InputError."""
