@@ -128,7 +128,7 @@ def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
     assert not answer.status.found and not len(answer.corridors)
     assert answer.details().startswith("Proved in exact arithmetic: the model has no safe (p0, k)")
     assert not answer.contains(np.zeros(2), np.zeros(2))[0]
-    with pytest.raises(InputError, match="none to sample from"):
+    with pytest.raises(InputError, match="expected an answer with corridors; this one has none"):
         answer.sample(jax.random.key(0), 3)
     with pytest.raises(InputError, match="there are none"):
         answer.polytopes(jax.random.key(0)).centre()

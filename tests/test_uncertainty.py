@@ -55,7 +55,7 @@ REFUSED = {
     ),
     "no parameter": (
         {"k": {True: 0.5}},
-        "uncertainty k: expected parameters by name, or by number",
+        "uncertainty k: expected parameters by name or number from 0",
     ),
     "obstacles by a number": ({"obstacles": [0.1]}, "uncertainty of obstacle 0: expected a Box"),
     "a number for obstacles": ({"obstacles": 0.1}, "uncertainty of obstacle 0: expected a Box"),

@@ -68,9 +68,7 @@ def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> Nomin
     if not (np.isfinite(p0).all() and (k >= lo).all() and (k <= hi).all()):
         box = " x ".join(f"[{a:g}, {b:g}]" for a, b in zip(lo, hi, strict=True))
         plan = ", ".join(f"{x:g}" for x in (*p0, *k))
-        raise InputError(
-            f"path: expected a plan with k in {box}, where the model is defined; got {plan}."
-        )
+        raise InputError(f"path: expected a plan with k in {box}, that of the model; got {plan}.")
     offsets, q = trajectories(model.net, model.layout, k[None])
     during, at_end = (half[0] for half in model.tube.widest_at(k[None]))
     return NominalPath(

@@ -78,6 +78,7 @@ class Shield(gymnasium.Wrapper):
     `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
     to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
     False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
+    `left_at_end`, the same where the episode ends, None with a `reason` if its pose is not sensed;
     `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
     in `reset` where no stop is certified. An action that is none, or cannot be asked for or driven,
     and sensing that fails or leads out of the tube, end in the stop under way, with a sentence.
@@ -179,7 +180,8 @@ class Shield(gymnasium.Wrapper):
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
-        nothing = {"proposed": None, "driven": None, "changed": False, "reason": "", "left": None}
+        nothing = dict.fromkeys(("proposed", "driven", "left", "left_at_end"))
+        nothing |= {"changed": False, "reason": ""}
         return {"shield": nothing | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
@@ -195,15 +197,19 @@ class Shield(gymnasium.Wrapper):
         assert one is not None  # the stop of the reset at least
         driven = self._driven(one.k, now - float(one.begin))
         observation, reward, terminated, truncated, info = self.env.step(driven)
+        why, at_end = decision.reason, None
+        if terminated or truncated:
+            at_end, unknown = self._left_at_end(observation, now + self.every)
+            why = "; ".join(filter(None, [why, unknown]))
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else self._steps + 1
         self._observation = deepcopy(observation)  # the policy may write into its own
         proposed = None
         with contextlib.suppress(Exception):  # the policy may propose anything
             proposed = np.array(action)
-        about = {"proposed": proposed, "driven": driven, "changed": changed, "left": left}
-        info = info | {"shield": about | {"reason": decision.reason} | self._about(one)}
-        return observation, reward, terminated, truncated, info
+        about = {"proposed": proposed, "driven": driven, "changed": changed, "reason": why}
+        about |= {"left": left, "left_at_end": at_end} | self._about(one)
+        return observation, reward, terminated, truncated, info | {"shield": about}
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
         """Write the episode since the last reset or restart, which `parc-jax check` verifies: every
@@ -240,6 +246,19 @@ class Shield(gymnasium.Wrapper):
             self.loop.restart(first)
             return self.loop.go_on(step.reason), True
         return step, True
+
+    def _left_at_end(self, observation: Any, now: float) -> tuple[bool | None, str]:
+        """Whether the last pose is outside of the tube under way, None where that has been told or
+        is not known, and why it is not.
+        """
+        shape = self.commitments[-1].asked.pose.values.shape
+        try:
+            seen = self._sensed(observation)
+            pose, drift = as_float64("pose", seen.pose, shape), at_least("drift", seen.drift)
+        except Exception as error:  # of a world that ended nothing may be there to sense
+            return None, f"what is sensed at the end is not known: {said(error)}"
+        left = self.loop.go_on("", None, pose, now, drift).left
+        return (None if self._left else left), ""
 
     def _decide(self, seen: Sensed, proposed: np.ndarray, now: float) -> Step:
         """One step of the loop, the proposal first, the others by their distance from it."""

@@ -57,9 +57,14 @@ class Part:
 
 @struct.dataclass
 class Body:
-    """Parts that turn and move with the reference points. Build with `body_of` or `hull`."""
+    """Parts that turn and move with the reference points. Build with `body_of` or `hull`.
+
+    places: points and where they are [m] on the robot, in any frame of it, where that is known: a
+    model that begins with them elsewhere is refused.
+    """
 
     parts: tuple[Part, ...]
+    places: tuple[tuple[str, float, float], ...] = struct.field(pytree_node=False, default=())
 
     def __repr__(self) -> str:
         return f"Body({'; '.join(map(repr, self.parts))})"
@@ -74,9 +79,10 @@ def hull(*points: str | int, radius: float = 0.0) -> Body:
 
 def body_of(parts: Sequence[Part | Body]) -> Body:
     """A validated body of several parts. Raises InputError."""
-    flat, valid = [], []
+    flat, valid, places = [], [], []
     for part in parts:
         flat += part.parts if isinstance(part, Body) else [part]
+        places += part.places if isinstance(part, Body) else []
     if not flat:
         raise InputError("body: expected at least one part; got none.")
     for i, part in enumerate(flat):
@@ -88,7 +94,7 @@ def body_of(parts: Sequence[Part | Body]) -> Body:
             if not (isinstance(point, int | np.integer) or is_text(point)):
                 raise InputError(f"{name}: expected names or numbers of points; got {point!r}.")
         valid.append(Part(tuple(part.points), shape(name, part.shape)))
-    return Body(tuple(valid))
+    return Body(tuple(valid), tuple(places))
 
 
 def shape(name: str, value) -> Disc | Polygon:
@@ -127,6 +133,4 @@ def number_of(point: str | int, points: Sequence[str], name: str) -> int:
         return tuple(points).index(point)
     if isinstance(point, int | np.integer) and 0 <= point < len(points):
         return int(point)
-    raise InputError(
-        f"{name}: expected reference points of the robot ({', '.join(points)}); got {point!r}."
-    )
+    raise InputError(f"{name}: expected reference points ({', '.join(points)}); got {point!r}.")

@@ -195,9 +195,7 @@ def reach_avoid(
             )
     spans = (None,) * len(obstacles) if spans is None else tuple(spans)
     if len(spans) != len(obstacles):
-        raise InputError(
-            f"spans: expected one entry per obstacle ({len(obstacles)}); got {len(spans)}."
-        )
+        raise InputError(f"spans: expected one per obstacle ({len(obstacles)}); got {len(spans)}.")
     for j, span in enumerate(spans):
         pair = span if isinstance(span, tuple | list) and len(span) == 2 else (1, 0)
         whole = all(isinstance(i, int | np.integer) and not isinstance(i, bool) for i in pair)
@@ -235,9 +233,7 @@ def _require_in_workspace(
     """Raises InputError for sets of another dimension; None for no set."""
     for name, part in [*((f"{kind} {j}", o) for j, o in enumerate(obstacles)), ("start", start)]:
         if part is not None and part.n != n_p:
-            raise InputError(
-                f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions."
-            )
+            raise InputError(f"{name}: expected a set in the {n_p}-D workspace; got {part.n}-D.")
 
 
 def require_points(problem: Problem, points: Sequence[str]) -> None:
@@ -373,7 +369,5 @@ def _bounded(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     if (lo > hi).any():
         axis = int(np.argmax(lo > hi))
         span = f"[{lo[axis]:g}, {hi[axis]:g}]"
-        raise InputError(
-            f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
-        )
+        raise InputError(f"{name}: expected a set with points; axis {axis} asks for one in {span}.")
     return lo, hi

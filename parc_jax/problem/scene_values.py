@@ -35,9 +35,7 @@ def set_of(name: str, part, further: tuple[str, ...] = (), kinds: str = KINDS) -
         A = numbers_of(f"{name} A", part["A"], 2)
         return hpolytope(A, numbers_of(f"{name} b", part["b"], 1))
     if given != {"lo", "hi"}:
-        raise InputError(
-            f"{name}: expected {kinds}; got {', '.join(sorted(given)) or 'none of them'}."
-        )
+        raise InputError(f"{name}: expected {kinds}; got {', '.join(sorted(given)) or 'none'}.")
     lo = numbers_of(f"{name} lo", part["lo"], 1)
     hi = numbers_of(f"{name} hi", part["hi"], 1)
     try:

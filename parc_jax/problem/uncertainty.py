@@ -155,9 +155,7 @@ def _parameter(name: str, given) -> Parameter:
         return int(given) if given.isdecimal() else given
     if isinstance(given, int | np.integer) and not isinstance(given, bool):
         return int(given)
-    raise InputError(
-        f"{name}: expected parameters by name, or by number from 0; got {given!r:.60}."
-    )
+    raise InputError(f"{name}: expected parameters by name or number from 0; got {given!r:.60}.")
 
 
 def _value_or_box(name: str, value) -> Interval | str:
@@ -171,9 +169,7 @@ def _box(name: str, value) -> Interval:
     try:
         lo, hi = (float(x) for x in value)
     except NO_NUMBER:
-        raise InputError(
-            f"{name}: expected a box (lo, hi) that it lies in; got {shown(value)}."
-        ) from None
+        raise InputError(f"{name}: expected a box (lo, hi); got {shown(value)}.") from None
     if not (math.isfinite(lo) and math.isfinite(hi) and lo <= hi):
         raise InputError(f"{name}: expected a box lo <= hi of finite numbers; got ({lo}, {hi}).")
     return lo, hi

@@ -67,9 +67,7 @@ class Settings(Options):
             )
         check_count("settings: samples", self.samples, 1, "100")
         if not 0 < self.work < math.inf:
-            raise InputError(
-                f"settings: expected work > 0, a multiple of the standard; got {self.work}."
-            )
+            raise InputError(f"settings: expected work > 0, times the standard; got {self.work}.")
         if not self.budget_s > 0:
             raise InputError(
                 f"settings: expected budget_s > 0 s, a limit above the work; got {self.budget_s}. "

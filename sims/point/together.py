@@ -246,8 +246,9 @@ def committed(
     asked = Scenes(model, disc, None, pj.Uncertainty()).scene(pose_of(pose, model), ()).nominal
     begins = [Fraction(every) * t for t, _ in begun]
     lasts, episode = Fraction(model.time.dt) * model.time.n_steps, []
+    told = {"episode": episode, "given": model.given}
     episode += [
-        Commitment(i, begin, begin + lasts, k, 0.0, 0, asked, episode=episode)
+        Commitment(i, begin, begin + lasts, k, 0.0, 0, asked, **told)
         for i, (begin, (_, k)) in enumerate(zip(begins, begun, strict=True))
     ]
     return episode

@@ -57,7 +57,7 @@ def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     code, said, _ = shell("check", "none.json")
     assert code == 0 and "no (p0, k) of the model is safe" in said
     code, said, complained = shell("plot", "none.json", "--figures", "samples")
-    assert code == 2 and "supports regions only" in complained
+    assert code == 2 and "this answer has regions only" in complained
 
 
 def change(old, new):

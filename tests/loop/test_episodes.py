@@ -165,6 +165,19 @@ def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):
         assert ("told of no pose" in said) == ("told of no pose" in done[0].loop) == (not turning)
 
 
+def test_a_start_of_which_nothing_is_measured_is_said_to_be_that_of_the_runs(tmp_path):
+    """Runs that begin at rest say nothing of a manoeuvre that begins while the robot moves."""
+    for given in ((1,), ()):
+        loop = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=given)
+        one = loop.step([0.0, 0.0], [0.0] * len(given), [], lambda seen: seen.k[:, 0]).committed
+        file = json.loads(pj.drive.save_episode(tmp_path / "drive.json", [one]).read_text())
+        assert checker.check_episode(file, allowance_of).manoeuvres == 1
+        said = {name: value for name, _, value in file["premises"]}.get("start", "")
+        begins = "each manoeuvre begins as the model's runs did"
+        assert (begins in said) == (begins in one.loop) == (not given)
+        assert any(begins in text for text in one.certificate()["meta"]["rests_on"]) == (not given)
+
+
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     asked(Toy(), 6, folder=tmp_path)
     monkeypatch.setattr(chunks, "__version__", "0.0.1")
@@ -554,7 +567,7 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
 @pytest.mark.parametrize(
     ("drive", "n", "options", "words"),
     [
-        (no_outcome, 3, {}, "all 3 so far failed, the last .*to return an Outcome; got bool"),
+        (no_outcome, 3, {}, "all 3 so far failed, the last .*expected an Outcome of .*; got bool"),
         (Toy(breaks=-1.0), 9, {}, "all 4 so far failed, the last in .*the wheels came off"),
         (Toy(), 0, {}, "episodes: expected a whole number >= 1"),
         (Toy(), 3, {"workers": -1}, "workers: expected"),

@@ -116,6 +116,7 @@ COMMITMENTS = {
     "seen_outside": lambda one: [Fraction(1, 2)],
     "episode": lambda one: [],
     "command": lambda one: "a cycle late",
+    "given": lambda one: (),
 }
 # neither refused nor said: of no sentence
 UNSAID = {"clearance": "for whoever drives", "judged": "work that was done"}

@@ -286,6 +286,39 @@ def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_pat
     assert f"  measured TUBE_LEFT: {said}" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("ends", [(True, False), (False, True)])
+def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path, ends):
+    """Its last pose decides nothing; without it a robot that goes too far and ends there, step
+    after step, is never seen outside of a tube.
+    """
+
+    class Ends(Platform):
+        def step(self, action):
+            seen, reward, *_, info = super().step(action)
+            return seen, reward, *ends, info
+
+    def seen(env, observation):
+        if env.unwrapped.place[0] > 0.2 and gone:
+            raise OSError("no scan")
+        return sense(env, observation)
+
+    gone, bare = [], Ends(posts=[[3.0, -0.1]])
+    env = shielded(bare, model, sense=seen)
+    for heavier, left in ((1.0, False), (1.3, True)):
+        bare.heavier = heavier
+        assert env.reset()[1]["shield"]["left_at_end"] is None
+        told = env.step(AHEAD * 0.7)[4]["shield"]
+        assert told["left_at_end"] is left and told["reason"] == "" and not told["changed"]
+        assert (told["clearance"] == -np.inf) is left
+        file = checker.load(env.certificate(tmp_path / "end.json"))
+        assert ("TUBE_LEFT" in [name for name, *_ in file["premises"]]) is left
+    env.reset()
+    gone.append(True)
+    told = env.step(AHEAD * 0.7)[4]["shield"]
+    assert told["left_at_end"] is None and told["clearance"] > 0
+    assert told["reason"] == "what is sensed at the end is not known: OSError: no scan"
+
+
 def test_sensing_that_disagrees_with_itself_ends_in_the_stop(model):
     """A pose that jumps, one that is not known, and speeds that are not."""
     for wrong, said in ((5.0, "beyond what tube"), (np.nan, "finite"), (None, "what is sensed")):

@@ -106,7 +106,7 @@ def test_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng, drawn):
 def test_regions_of_another_network_are_refused(arcs):
     answer, _ = arcs
     other = enumerate_regions(arc_network(seed=1), box(LO, HI))
-    with pytest.raises(InputError, match="these are of others"):
+    with pytest.raises(InputError, match="over its K; got others"):
         region_verdicts(answer, other)
 
 

@@ -35,7 +35,7 @@ def test_finite_box_of_a_box_and_of_slanted_rows(rng):
     ("A", "b", "words"),
     [
         ([[1, 0], [-1, 0], [0, 1]], [1, 1, 1], "axis 1 has no bound"),
-        ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -2, 1, 1], "axis 0 asks for a value in"),
+        ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -2, 1, 1], "axis 0 asks for one in"),
         ([[1, 1], [-1, -1], [1, -1], [-1, 1]], [1, -2, 1, 1], "contradict"),
         ([[1, 1], [-1, -1]], [1, 1], "has no bound"),
         ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1e308] * 4, r"axis 0 has no bound up to 1e\+100"),

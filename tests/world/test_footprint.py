@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from needs import need
 
+import parc_jax as pj
 from parc_jax.common.errors import InputError
+from parc_jax.learning.network.relu import relu_network
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.world.outlines import read_footprint
 
 need("shapely")
@@ -44,6 +47,38 @@ def test_points_turn_and_move_with_the_pose():
     assert (found[1] == robot.places).all()
     assert np.allclose(jax.jit(robot.at)(jnp.asarray(poses)), found)
     assert (robot.corners(poses[0]) == found[0, 1:]).all()
+
+
+def test_a_footprint_that_is_not_the_model_s_is_refused():
+    """Names alone are the same: else what is proved is of the smaller robot that was learned."""
+
+    def model(places):
+        n = len(places)
+        W = np.kron(np.arange(5)[:, None] / 4, np.tile(np.eye(2), (n, 1)))[2:]
+        net = relu_network([W], [np.tile(places.ravel(), 5)[2:]])
+        wide = np.full((1, 4, 2 * n), 0.005), np.full((1, 2 * n), 0.005)
+        tube = pj.learning.tube([[-1.0, 1.0]] * 2, *wide, n)
+        time = pj.learning.time_grid(dt=0.25, t_f=1.0)
+        claim = pj.learning.declared_claim(
+            tube, "of this test", net, time, system="slides", points=robot.points
+        )
+        return pj.learning.trajectory_model(net, claim)
+
+    def asked(places):
+        problem = pj.reach_avoid(
+            pj.problem.goal_of_points(robot.points, {"base": pj.box([0.3, -0.1], [0.5, 0.1])}),
+            [],
+            robot.body,
+        )
+        return query(problem, model(places), [0.0, 0.0]).nominal()
+
+    robot = read_footprint(NAV2)
+    nearly = robot.places + 0.004 * np.sign(robot.places)
+    for places in (robot.places, robot.places @ [[0, 1], [-1, 0]], nearly):  # of any heading
+        assert asked(places).model.n_points == 5
+    for places in (0.8 * robot.places, robot.places * [[1.0, 1.2]]):
+        with pytest.raises(InputError, match="body: expected the footprint that the model was"):
+            asked(places)
 
 
 @pytest.mark.parametrize(

@@ -100,9 +100,7 @@ def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     chosen = possible if wanted is None else wanted
     for name in chosen:
         if name not in possible:
-            raise InputError(
-                f"{name}: this answer supports {', '.join(possible) or 'no figure'} only."
-            )
+            raise InputError(f"{name}: this answer has {', '.join(possible) or 'no figure'} only.")
     if not chosen and wanted is None and not page:
         words = "the answer has no plans and no plane of parameters to draw."
         print(f"parc-jax: {words}", file=sys.stderr)

@@ -167,9 +167,7 @@ def build(module: ModuleType, function: str, **options):
     name = f"{module.__name__}.{function}"
     for key in chosen:
         if key not in takes:
-            raise InputError(
-                f"{key}: expected an option of {name} ({', '.join(takes) or 'no options'})."
-            )
+            raise InputError(f"{key}: expected an option of {name} ({', '.join(takes) or 'none'}).")
     quiet = function in REQUIRED  # simulators print on import
     silence = contextlib.redirect_stdout(io.StringIO()) if quiet else contextlib.nullcontext()
     with blamed(f"{name}(): expected it to run"), silence:

@@ -85,9 +85,7 @@ class Stage:
     def __init__(self, source: Episode | str | Path, truth: Truth | None):
         driven = source if isinstance(source, Episode) else load_episode(source)
         if driven.model.n_p != 2:
-            raise InputError(
-                f"episode: expected one in the plane to draw; got one in {driven.model.n_p}-D."
-            )
+            raise InputError(f"episode: expected one in the plane; got {driven.model.n_p}-D.")
         self.driven, self.truth = driven, truth
         self.shown = [Shown(driven, one) for one in driven.manoeuvres]
         self.name = driven.model.system or "episode"

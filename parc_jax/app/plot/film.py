@@ -76,9 +76,7 @@ def require_sample(answer, sample: int) -> None:
     if not n:
         raise InputError("film: expected an answer with safe samples; this one has none to film.")
     if not 0 <= sample < n:
-        raise InputError(
-            f"film: expected the number of one of {n} safe samples, 0 to {n - 1}; got {sample}."
-        )
+        raise InputError(f"film: expected one of {n} safe samples, 0 to {n - 1}; got {sample}.")
 
 
 def counted(frames: Iterable, n: int, quiet: bool) -> Iterable:

@@ -34,9 +34,7 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
         [one.net.hash, hex_text([one.domain.lo, one.domain.hi])] for one in (model, table)
     )
     if own != other:
-        raise InputError(
-            "regions: expected those of the answer's network over its K; these are of others."
-        )
+        raise InputError("regions: expected those of the answer's network over its K; got others.")
     verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
     plans_k = [*answer.samples[:, model.n_p :], *(c.k for c in answer.corridors)]
     if answer.corridors:

@@ -60,9 +60,7 @@ def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
     Raises InputError if p is unbounded or n > 6, SoundnessError if emptiness could not be decided.
     """
     if p.n > MAX_N:
-        raise InputError(
-            f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports instead."
-        )
+        raise InputError(f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports.")
     ball = chebyshev_center(p)
     if ball.radius == -np.inf:
         return np.zeros((0, p.n))

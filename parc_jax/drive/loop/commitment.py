@@ -36,6 +36,7 @@ SAME = Fraction(1, 10**6)  # [s] moments of a clock that are one: they come as f
 WHOLE = 1e-3  # [records] a manoeuvre that begins so near to one begins there
 STOOD = 0.01  # [m] a robot that moves less has stood
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
+START = "not measured: each manoeuvre begins as the model's runs did, whatever was driven before"
 
 
 class Begun(list):
@@ -61,7 +62,8 @@ class Commitment:
     [m] that was allowed for since the one before, as of `Loop.step`. drifted: [m] all of that in
     its episode. seen_outside: [s] of the clock when a pose was outside of its tube; the loop adds
     them, and files tell of the first. episode: one list for all commitments of an episode of one
-    loop, of the one under way. command: when it is given, in words, where not at its begin.
+    loop, of the one under way. command: when it is given, in words, where not at its begin. given:
+    the axes of k that were measured at the start, or are the command then under way.
     """
 
     number: int
@@ -76,6 +78,7 @@ class Commitment:
     seen_outside: list[Fraction] = field(default_factory=list)
     episode: list["Commitment"] = field(default_factory=Begun)
     command: str = ""
+    given: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         until = f" until {exact(self.told_until)} s" if self.told_until < self.end else ""
@@ -110,7 +113,8 @@ class Commitment:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
         asked, pose = self.asked, self.asked.pose
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
-        told = [f"its command is given {self.command}"] * bool(self.command)
+        told = [f"start {START}"] * ("start" in self.untold)
+        told += [f"its command is given {self.command}"] * bool(self.command)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
@@ -128,8 +132,14 @@ class Commitment:
             "frame": IN_THE_WORLD if asked.pose.heading is None else ON_THE_ROBOT,
         }
         told |= {x.name: repr(getattr(known, x.name)) for x in fields(Uncertainty)}
-        told |= {"obstacles": errors, "command": self.command}
+        told |= {"obstacles": errors, "command": self.command, "given": list(self.given)}
         return premises((name, MEASURED, value) for name, value in told.items())
+
+    @property
+    def untold(self) -> dict[str, str]:
+        """What of its begin nothing tells, by name: it is assumed to be that of the runs."""
+        told = {"heading": HEADING} if self.asked.pose.heading is None else {}
+        return told if self.given else told | {"start": START}
 
     @property
     def loop(self) -> str:
@@ -140,7 +150,7 @@ class Commitment:
             f"a body of {'; '.join(shared['body'])}",
         ]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
-        by += [f"heading {HEADING}"] * (self.asked.pose.heading is None)
+        by += [f"{name} {told}" for name, told in self.untold.items()]
         by += [shared["command"], f"premises {shared.hash[:12]}"]
         return ", ".join([model.system or "unnamed system", *filter(None, by)])
 

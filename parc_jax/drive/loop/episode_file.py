@@ -16,7 +16,7 @@ from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
-from parc_jax.drive.loop.commitment import HEADING, Commitment, copies_of, require_whole
+from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
 from parc_jax.drive.loop.workers import most_and_often
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -69,8 +69,7 @@ def episode_part(
         said = f"for the first {least} s of each manoeuvre that rests on this, at least. "
         said += about_said(rests, told, len(commitments))
         others.append(("said of obstacles", ASSUMED, said))
-    if first.pose.heading is None:
-        others.append(("heading", ASSUMED, HEADING))
+    others += [(name, ASSUMED, value) for name, value in commitments[0].untold.items()]
     if command := commitments[0].command:
         others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]

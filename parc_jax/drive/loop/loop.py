@@ -88,7 +88,8 @@ class Loop:
     model: its manoeuvres contain their stop: at the end of each the robot rests, and stays.
     body: as of `reach_avoid`. leave: [s] from the start of a manoeuvre to the first moment at which
     the next one may begin. given: parameters of k measured at the start, names or indices; by
-    default those that the system declares, the only choice where the claim rests on runs.
+    default those that the system declares, the only choice where the claim rests on runs. Without
+    any it is assumed that each manoeuvre begins as the runs did, at rest where they did.
     uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
     points and q seen from the start with the measured heading, for every heading in its
     uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
@@ -244,10 +245,9 @@ class Loop:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
                 about = clear, judged, scene.nominal, float(drift), drifted
                 number = 0 if self.under_way is None else self.under_way.number + 1
-                told = {} if self._command is None else {"command": self._command.words}
-                one = Commitment(
-                    number, now, now + self.lasts, chosen, *about, episode=self._episode, **told
-                )
+                told = {"episode": self._episode, "given": self.given}
+                told |= {} if self._command is None else {"command": self._command.words}
+                one = Commitment(number, now, now + self.lasts, chosen, *about, **told)
                 self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
                 self._episode.begins += (now,)

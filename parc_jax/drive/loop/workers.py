@@ -76,9 +76,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         outcome = drive(law(task.of_world), task.of_drive)
         if not isinstance(outcome, Outcome):
             kind = type(outcome).__name__
-            raise InputError(
-                f"episodes: expected drive(world, seed) to return an Outcome; got {kind}."
-            )
+            raise InputError(f"episodes: expected an Outcome of drive(world, seed); got {kind}.")
         touched, left, told, committed, at = outcome
         kind = bool | np.bool_
         if not isinstance(touched, kind) or not isinstance(left, kind | str | None) or left == "":

@@ -341,9 +341,7 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
     """
     blocks = grid if blocks is None else tuple(blocks)
     if len(blocks) != len(grid) or min(blocks) < 1:
-        raise InputError(
-            f"blocks: expected {len(grid)} numbers >= 1, one per axis of K; got {blocks}."
-        )
+        raise InputError(f"blocks: expected {len(grid)} numbers >= 1, one per axis; got {blocks}.")
     number = np.zeros((), int)
     for n, along in zip(grid, blocks, strict=True):
         along = min(n, along)

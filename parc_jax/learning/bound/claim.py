@@ -302,9 +302,7 @@ def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
 def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
     """The claim with a tube nowhere narrower: every label stays true. [T8] Raises InputError."""
     if not wider.at_least(claim.tube):
-        raise InputError(
-            "claim: a claim survives a wider tube only; the new one is narrower somewhere."
-        )
+        raise InputError("claim: it survives a wider tube only; the new one is narrower somewhere.")
     return derived(claim, tube=wider, evidence=evidence)
 
 

@@ -154,9 +154,7 @@ def template(
     every = np.arange(n_rows - n_rows % n).reshape(-1, n)
     bases = every if frames else np.array(list(combinations(range(n_rows), n)), int).reshape(-1, n)
     if not len(bases):
-        raise InputError(
-            f"template: expected at least as many directions as dimensions, {n}; got {n_rows}."
-        )
+        raise InputError(f"template: expected at least {n} directions; got {n_rows}.")
     lead = np.broadcast_shapes(directions.shape[:-2], np.shape(centre)[:-1], np.shape(half)[:-1])
     rows = directions[..., bases, :]
     lengths = np.linalg.norm(rows, axis=-1).prod(axis=-1)

@@ -102,9 +102,7 @@ def _assemble(
 ) -> RolloutBatch:
     missing = {"k", "p"} - arrays.keys()
     if missing:
-        raise InputError(
-            f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing."
-        )
+        raise InputError(f"{path}: expected arrays k and p; no {', '.join(sorted(missing))}.")
     k, p = (_numbers(path, name, arrays[name]) for name in ("k", "p"))
     if p.ndim not in (3, 4) or k.ndim != 2:
         raise InputError(
@@ -178,9 +176,7 @@ def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
     if given is None:
         if p.ndim == 3 or p.shape[2] == 1:
             return ONE_POINT
-        raise InputError(
-            f"{path}: expected points, the names of the {p.shape[2]} reference points in p."
-        )
+        raise InputError(f"{path}: expected points, names of the {p.shape[2]} reference points.")
     points = check_points(str(path), given)
     if p.shape[2] != len(points) if p.ndim == 4 else p.shape[2] % len(points):
         raise InputError(

@@ -27,7 +27,7 @@ from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.rounding import outputs_within
-from parc_jax.problem.body import Disc, numbered
+from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem, finite_box, require_dimensions
 from parc_jax.problem.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.problem.robust.realisations import (
@@ -43,6 +43,7 @@ from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.moving import require_under_way
 from parc_jax.problem.world.outlines import Edge
 
+SAME_PLACE = 1e-6  # [m] by which a footprint and a model may differ: of decimals, or of float32
 CACHED = 16  # robust models that a planner caches
 UP = 1 + 2.0**-50  # pays for a sum of two products
 
@@ -79,6 +80,7 @@ class Query:
         """
         problem, model, pose = self.problem, self.model, self.pose
         require_under_way(problem.all_spans)
+        _require_places(problem.body, model)
         _require_free(problem, model, pose)
         uncertainty = problem.uncertainty
         if uncertainty is not None or model.given:
@@ -155,6 +157,33 @@ class NominalProblem:
     at: np.ndarray | None = None
     pose: Pose | None = None
     query: Query | None = None
+
+
+def _require_places(body: Disc | Polygon | Body, model: TrajectoryModel) -> None:
+    """Raises InputError where a body tells places of reference points, as a footprint does, and
+    the model's points cannot begin so far apart, with whatever heading.
+    """
+    told = body.places if isinstance(body, Body) and model.n_p == 2 else ()
+    told = [one for one in told if one[0] in model.points]
+    if not told:
+        return
+    wide = model.tube.interval[model.tube.claimed, 0].max(axis=0, initial=0.0).reshape(-1, 2)
+    wide[0] = 0.0  # the first point is where the start is
+    some = [model.points.index(name) for name, *_ in told]
+    lo, hi = (once(model, _at_start) + np.multiply.outer([-1.0, 1.0], wide))[:, some]
+    below, above = lo[:, None] - hi, hi[:, None] - lo  # of one seen from another, along each axis
+    least = np.linalg.norm(np.maximum(np.maximum(below, -above), 0.0), axis=-1)
+    most = np.linalg.norm(np.maximum(above, -below), axis=-1)
+    places = np.array([place for _, *place in told])
+    apart = np.linalg.norm(places[:, None] - places, axis=-1)
+    off = np.maximum(least - apart, apart - most)
+    i, j = np.unravel_index(off.argmax(), off.shape)
+    if off[i, j] > SAME_PLACE:
+        raise InputError(
+            f"body: expected the footprint that the model was learned with, whose {told[i][0]} and "
+            f"{told[j][0]} are {least[i, j]:.3g} to {most[i, j]:.3g} m apart; got "
+            f"{apart[i, j]:.3g} m. Tell its corners as then, in that order, or learn with these."
+        )
 
 
 def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -> None:
@@ -372,9 +401,7 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     # the support of a sum is the sum of supports, along the normals of both
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):
-        raise InputError(
-            f"{name}: expected sets with points in them, also of uncertainty; one is empty."
-        )
+        raise InputError(f"{name}: expected sets with points, also of uncertainty; one is empty.")
     A = np.concatenate([obstacle.A, by.A])
     _, first = np.unique(A, axis=0, return_index=True)
     A = A[np.sort(first)]  # without normals that have come before

@@ -266,4 +266,6 @@ def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
         Part(tuple(named[corner] for corner in part), Disc(0.0)) for part in convex_parts(polygon)
     ]
     places = np.concatenate([np.zeros((1, 2)), corners])
-    return Footprint((BASE, *names), places, body_of(parts))
+    points = (BASE, *names)
+    known = tuple((name, *place) for name, place in zip(points, places.tolist(), strict=True))
+    return Footprint(points, places, body_of(parts).replace(places=known))

@@ -38,13 +38,9 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
     """Rescale the axes so that errors mean the same along each. Raises InputError."""
     check_kind("domain", domain, Box)
     if domain.n != net.n_in:
-        raise InputError(
-            f"domain: expected {net.n_in} dimensions like the network's inputs; got {domain.n}."
-        )
+        raise InputError(f"domain: expected {net.n_in} dimensions, as inputs; got {domain.n}.")
     if not (domain.lo < domain.hi).all():
-        raise InputError(
-            f"domain: expected a box with interior; got lo = {domain.lo}, hi = {domain.hi}."
-        )
+        raise InputError(f"domain: expected a box with interior; got {domain.lo} to {domain.hi}.")
     rows = from_box(domain)
     scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(domain.lo), np.abs(domain.hi)))[1])
     if not ((scale >= 1 / LARGEST_SCALE) & (scale <= LARGEST_SCALE)).all():

@@ -134,9 +134,7 @@ class RegionTable:
         inside = (numbers >= 0) & (numbers < self.count) if numbers.dtype.kind in "iu" else False
         mask = numbers.dtype == bool and numbers.shape == (self.count,)
         if numbers.size and not (mask or np.all(inside)):
-            raise InputError(
-                f"region: expected numbers 0 to {self.count - 1}; got {regions!r:.40}."
-            )
+            raise InputError(f"region: expected any of 0 to {self.count - 1}; got {regions!r:.40}.")
 
     def region(self, i: int) -> HPolytope:
         """Region i as {x : A x <= b}. Raises InputError."""
@@ -193,9 +191,7 @@ class RegionTable:
         """
         k = np.asarray(k, np.float64)
         if k.shape[-1:] != (self.net.n_in,):
-            raise InputError(
-                f"locate: expected k with {self.net.n_in} entries last; got shape {k.shape}."
-            )
+            raise InputError(f"locate: expected {self.net.n_in} entries last; got shape {k.shape}.")
         flat = k.reshape(-1, self.net.n_in)
         inside = self.domain.contains(flat)
         number = np.full(len(flat), -1)

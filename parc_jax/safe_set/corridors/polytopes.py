@@ -131,9 +131,7 @@ class Polytopes:
         """Vertices (v, len(dims)) of each of `sets`, projected onto coordinates of (p0, k)."""
         n = self.scene.model.n_p + self.scene.model.n_k
         if not all(0 <= d < n for d in dims):
-            raise InputError(
-                f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}."
-            )
+            raise InputError(f"project: expected axes of (p0, k), 0 to {n - 1}; got {list(dims)}.")
         return [shape.vertices[:, list(dims)] for shape in self._solids]
 
     def centre(self) -> tuple[np.ndarray, float]:

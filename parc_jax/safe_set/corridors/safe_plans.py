@@ -72,9 +72,7 @@ class SafePlans:
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """n plans (n, n_p + n_k), uniform over the set, by rejection from `draw`."""
         if not len(self.corridors):
-            raise InputError(
-                "sample: expected an answer with corridors; this one has none to sample from."
-            )
+            raise InputError("sample: expected an answer with corridors; this one has none.")
         tally = Counts()
         parts = [self.inner[:0]]
         left = n

@@ -56,9 +56,7 @@ def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ..
     b = np.frombuffer(offsets)
     points = rational_vertices(HPolytope(A, b), name)
     if not points:
-        raise InputError(
-            f"{name}: expected a set with points in it; its rows contradict each other."
-        )
+        raise InputError(f"{name}: expected a set with points; its rows contradict each other.")
     if any(abs(x) > FARTHEST for point in points for x in point):
         raise InputError(
             f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
