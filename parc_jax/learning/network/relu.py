@@ -104,6 +104,7 @@ def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(No
 
 # [1] largest difference of folded and unfolded outputs, relative to their size
 FOLD_RELATIVE = 1e-10
+STILL = 1e-6  # [size] a parameter that varies by less is constant but for rounding
 
 
 class Normalisation(NamedTuple):
@@ -115,15 +116,18 @@ class Normalisation(NamedTuple):
     y_scale: np.ndarray
 
     @classmethod
-    def of(cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int) -> "Normalisation":
+    def of(
+        cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int, names: Sequence[str] = ()
+    ) -> "Normalisation":
         """Statistics of k (n, n_k), y (n, n_out). All workspace outputs share one scale: metres
-        stay comparable. Raises InputError when a parameter does not vary at all.
+        stay comparable. names: of parameters. Raises InputError when one of them does not vary.
         """
         x_scale = k.std(axis=0)
-        if not (x_scale > 0).all():
+        if (still := x_scale <= STILL * np.abs(k).max(axis=0)).any():
+            axis = int(np.argmax(still))
+            named = f"axis {axis} ({names[axis]})" if names else f"axis {axis}"
             raise InputError(
-                f"train: expected every parameter to vary; axis {int(np.argmin(x_scale))} is "
-                "constant."
+                f"train: expected every parameter to vary; {named} is constant. Leave it out of k."
             )
         spread = y.std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)

@@ -87,7 +87,8 @@ def train_report(
         check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8, batch=1000")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - HELD)))
-    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
+    names = data.subject.labels.k
+    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets, names)
     x = norm.inputs(k).astype(np.float32)
     targets = norm.outputs(y[:n_fit])
     # along their leading principal directions, unwhitened (metres stay metres)
