@@ -88,7 +88,7 @@ class LawSpec:
 
     @property
     def fitted(self) -> str | None:
-        """Runs that K was fitted to, in words; None where it was declared."""
+        """Runs that K was fitted to, or that a declared K left out, in words; None for neither."""
         return dict(self.parameters).get(FITTED)
 
     @property

@@ -10,11 +10,14 @@ import numpy as np
 from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.runs.files import RAGGED
 
+TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 
 
 def folder_arrays(path: Path) -> dict:
     """Arrays k, p, q, groups of a folder of CSV files, and labels. Raises InputError."""
+    for name in sorted({table.name for table in path.glob("[!.]*.csv")} - {*TABLES}):
+        raise InputError(f"{path}: expected {', '.join(TABLES)}; got {name}. Is it misspelled?")
     runs = sorted((path / "p").glob("*.csv"))
     for before, after in itertools.pairwise(run.stem for run in runs):
         # where both orders differ nobody knows which of them the rows of k.csv are in
@@ -27,6 +30,11 @@ def folder_arrays(path: Path) -> dict:
     if not (path / "k.csv").exists() or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
     k, k_names = _csv(path / "k.csv")
+    for name in {*map(str.lower, k_names or ())} & {*_HEADERS}:
+        raise InputError(
+            f"{path / 'k.csv'}: expected parameters; got a column {name!r}. Names of recordings "
+            "stand in groups.csv, a line for each row of k.csv."
+        )
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
