@@ -224,8 +224,7 @@ def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: s
     if domain is not None:
         if domain.n != runs.k.shape[1]:
             raise InputError(
-                f"{path}: expected a domain of {runs.k.shape[1]} parameters, given ones first; got "
-                f"{domain.n}."
+                f"{path}: expected a domain of {runs.k.shape[1]} parameters; got {domain.n}."
             )
         inside[measured] = domain.contains(runs.k[measured])
     valid = inside & ~runs.short if short == "dropped" else inside
@@ -239,8 +238,7 @@ def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: s
     LOG.info("%s: %s; %d runs, %d of them failed", path, counts, valid.sum(), failed)
     if failed == valid.sum():  # or there is none
         raise InputError(
-            f"{path}: expected a run that comes to its end; got {counts}. Try a shorter t_f, or a "
-            "wider bridge or domain."
+            f"{path}: expected a complete run; got {counts}. Try a shorter t_f, wider bridge or K."
         )
     missed = f"{out:,} of {counted(len(runs.k), 'command')}" if out else ""
     dropped = int((inside & ~valid).sum())
@@ -265,8 +263,7 @@ def track(
     topic: str, messages: Sequence[Heard], clock: str, frames: tuple[str, str] | None, more=()
 ) -> Track:
     """The track in the messages of a topic. frames: one edge of a topic of transforms. more: paths
-    of further numbers. Raises InputError for decreasing stamps, several frames, and messages
-    without a pose.
+    of further numbers. Raises InputError for stamps that fall, several frames, and no pose.
     """
     with_pose = _poses(topic, messages, frames)
     edges = {frames_of(one.message) for one in with_pose}

@@ -76,7 +76,8 @@ def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
         if eps >= 1.0:
             return None
         if wrong_claim_probability(n, eps, discard) <= delta:
-            return Fraction(f"{_round_up(eps):.6g}")
+            unit = 10.0 ** (math.floor(math.log10(eps)) - 5)  # six significant digits, upward
+            return Fraction(f"{math.ceil(eps / unit + 1e-9) * unit:.6g}")
         eps *= _TAIL_OUTWARD**2 if discard else _OUTWARD**2
     return None
 
@@ -142,8 +143,7 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
 
 def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     """Least of sizes (m,) above all but `discard` of n runs with probability SURE, or infinite."""
-    # one more run than observed may be beyond each size: a first failure among the n must not end
-    # all plans
+    # one more run than observed may be beyond each size: a first failure must not end all plans
     from scipy.special import bdtr
 
     ordered = np.sort(sizes)
@@ -165,12 +165,6 @@ def as_probability(name: str, value: Fraction | float | str) -> Fraction:
     if not 0 < (exact := as_fraction(name, value)) < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
-
-
-def _round_up(eps: float) -> float:
-    """Six significant digits, upward."""
-    unit = 10.0 ** (math.floor(math.log10(eps)) - 5)
-    return math.ceil(eps / unit + 1e-9) * unit
 
 
 def _check(eps: float, delta: float, discard: int) -> None:
@@ -219,7 +213,6 @@ def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
     share = as_fraction("share", share)
     if not 0 < share <= whole:
-        raise InputError(
-            f"risk: expected a share of K in (0, {float(whole):g}]; got {float(share):g}."
-        )
+        told = f"(0, {float(whole):g}]; got {float(share):g}"
+        raise InputError(f"risk: expected a share of K in {told}.")
     return whole / share

@@ -218,8 +218,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     rate = max(float(risk.bound), 1e-9)
     if rate >= 0.5:
         raise InputError(
-            f"monitor: expected a claimed rate below 1/2; got {rounded_up(rate, 3)}. There is "
-            "nothing to refute."
+            f"monitor: expected a rate below 1/2; got {rounded_up(rate, 3)}: nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())

@@ -72,8 +72,7 @@ def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
     """Validated network from lists of (out, in) weights and (out,) biases. Raises InputError."""
     if len(weights) != len(biases) or not weights:
         raise InputError(
-            f"network: expected one bias per weight, at least one; got {len(biases)} and "
-            f"{len(weights)}."
+            f"network: expected a bias per weight, at least one; got {len(biases)}, {len(weights)}."
         )
     weights = tuple(as_float64(f"weights[{i}]", W, (None, None)) for i, W in enumerate(weights))
     pairs = enumerate(zip(weights, biases, strict=True))
@@ -168,7 +167,6 @@ def fold(
     gap = np.abs(expected - got).max() / max(1.0, np.abs(expected).max())
     if not gap <= FOLD_RELATIVE:
         raise SoundnessError(
-            f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check the "
-            "scalings."
+            f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check scalings."
         )
     return net

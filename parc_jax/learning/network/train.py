@@ -89,8 +89,7 @@ def train_report(
     n_fit = max(1, round(len(k) * (1 - HELD)))
     names = data.subject.labels.k
     norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets, names)
-    x = norm.inputs(k).astype(np.float32)
-    targets = norm.outputs(y[:n_fit])
+    x, targets = norm.inputs(k).astype(np.float32), norm.outputs(y[:n_fit])
     # along their leading principal directions, unwhitened (metres stay metres)
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     targets = (targets @ vectors[:, ::-1][:, :COMPONENTS]).astype(np.float32)

@@ -122,8 +122,7 @@ class _Work:
         shape, domain = np.shape(k), system.domain
         if shape not in ((domain.n,), (self.n, domain.n)):
             raise InputError(
-                f"rollouts k: expected ({domain.n},), ({self.n}, {domain.n}) or a function; got "
-                f"{shape}."
+                f"rollouts k: expected ({domain.n},), ({self.n}, {domain.n}) or a law; got {shape}."
             )
         if not domain.contains(np.asarray(k)).all():
             raise InputError(

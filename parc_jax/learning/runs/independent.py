@@ -82,34 +82,25 @@ CELLS = 10  # equal parts of a range, fewer where a part would expect less than 
 SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
 FEWEST = 25  # values of a parameter that are the decimals of draws; fewer are choices
 FINEST = 2.0**23  # values that a generator of random numbers in single precision has
-
-
 Chance = tuple[float, str]  # p-value of a test for uniform k, and its result in words
 
 
 def check_uniform(
-    owner: str,
-    k,
-    domain: Box,
-    groups=None,
-    names: Sequence[str] | None = None,
-    level: float = LEVEL,
+    owner: str, k, domain: Box, groups=None, names: Sequence[str] | None = None, level=LEVEL
 ) -> None:
     """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at level
     in all. names: of the parameters. Raises InputError with the figure that refutes it.
 
-    Most p-values are approximations, good to a third from LEAST draws on; those of corners are
-    exact. groups (n,): rows of one recording may share their k or follow each other, so only the
-    first row of each is tested, as a claim about recordings assumes these independent. The level is
-    split evenly over the kinds of tests, and within a kind over its tests.
+    Most p-values are approximations, good to a third from LEAST draws on. groups (n,): rows of one
+    recording may share their k or follow each other, so only the first of each is tested, as claims
+    about recordings assume these independent. The level is split over kinds, then over tests.
     """
     drawn = np.ascontiguousarray(k, "<f8")
     _check_distinct(owner, drawn, groups, domain)
     if groups is not None:
         drawn = drawn[np.sort(np.unique(groups, return_index=True)[1])]
     wide = domain.hi > domain.lo
-    names = [f"k{axis}" for axis in range(domain.n)] if names is None else list(names)
-    names = list(itertools.compress(names, wide))
+    names = [f"k{i}" if names is None else names[i] for i in np.flatnonzero(wide)]
     told = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
     if len(told) < LEAST:
         return
@@ -137,8 +128,7 @@ def values_of(k: np.ndarray, domain: Box) -> np.ndarray:
     width = 2 * domain.radius
     fine = np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored)).astype(float)
     step = fine
-    for power in range(-12, 7):
-        size = float(f"1e{power}")
+    for size in 10.0 ** np.arange(-12, 7):
         even = (np.abs(k / size - np.round(k / size)) < 0.01).all(axis=0)
         step = np.where(even & (size > fine) & (FEWEST * size <= width), size, step)
     return np.maximum(width / step, 1.0)
@@ -183,9 +173,7 @@ def _check_distinct(owner: str, k: np.ndarray, groups, domain: Box) -> None:
 
 
 def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
-    """Chi-square over equal parts of the range of every parameter, and pairs that share one of as
-    many parts as there are draws: as draws, neither less even nor more.
-    """
+    """Chi-square over equal parts of every range, and pairs in one of as many parts as draws."""
     from scipy.stats import chi2, chisquare, poisson
 
     n = len(u)
@@ -204,9 +192,7 @@ def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
 
 
 def _repeats(told: np.ndarray, names: list[str], values: np.ndarray) -> Iterator[Chance]:
-    """Equal values of every parameter, too many as on a grid, and equal rows, too few. told: u as
-    it stands in the log; values: as of `values_of`.
-    """
+    """Equal values of a parameter, too many, and equal rows, too few, of u as told in the log."""
     from scipy.stats import chi2, poisson
 
     n = len(told)
@@ -235,11 +221,8 @@ def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
     for i, j in itertools.combinations(range(len(names)), 2):
         if np.ptp(u[:, i]) > 0 and np.ptp(u[:, j]) > 0:
             result = spearmanr(u[:, i], u[:, j])
-            said = (
-                f"the rank correlation of {names[i]} and {names[j]} is {result.statistic:.2f} over "
-                f"{len(u):,} draws"
-            )
-            yield float(result.pvalue), said
+            said = f"{names[i]} and {names[j]} is {result.statistic:.2f} over {len(u):,} draws"
+            yield float(result.pvalue), f"the rank correlation of {said}"
 
 
 def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
@@ -252,12 +235,7 @@ def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
             for side in SIDES:
                 held = int((inwards < side).sum())
                 tails = [bdtr(held, len(u), side**2), bdtrc(held - 1, len(u), side**2)]
-                ends = " and ".join(
-                    f"the {'upper' if up else 'lower'} end of {names[axis]}"
-                    for axis, up in zip((i, j), high, strict=True)
-                )
-                said = (
-                    f"a corner of {100 * side**2:.2g} % of K, at {ends}, holds {held:,} of "
-                    f"{len(u):,} draws"
-                )
-                yield 2 * float(min(tails)), said
+                one, two = ("upper" if up else "lower" for up in high)
+                said = f"the {one} end of {names[i]} and the {two} end of {names[j]}, holds"
+                said = f"a corner of {100 * side**2:.2g} % of K, at {said}"
+                yield 2 * float(min(tails)), f"{said} {held:,} of {len(u):,} draws"

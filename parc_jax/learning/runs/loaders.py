@@ -109,11 +109,8 @@ def _assemble(
             )
         if names[name] is not None and not np.array_equal(arrays[name], names[name]):
             raise InputError(f"{path}: expected no {name}=, or those of the file; got others.")
-    missing = {"k", "p"} - arrays.keys()
-    if missing:
-        raise InputError(
-            f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing."
-        )
+    if missing := ", ".join(sorted({"k", "p"} - arrays.keys())):
+        raise InputError(f"{path}: expected arrays k and p; {missing} is missing.")
     k, p = (_numbers(path, name, arrays[name]) for name in ("k", "p"))
     if p.ndim not in (3, 4) or k.ndim != 2:
         raise InputError(
@@ -165,8 +162,7 @@ def recorded(
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
     were made of what was logged, by name, for their law; left_out: how many were not, by the
-    reason; missed: how many of them K left out, in words. about: as of `rollout_batch`. Raises
-    InputError.
+    reason; missed: how many K left out, in words. about: as of `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
     fitted = {FITTED: f"as declared, which {missed} miss"} if missed else {}
@@ -184,15 +180,14 @@ def recorded(
     return batch
 
 
-def _check_turns(owner: str | Path, batch: RolloutBatch) -> None:
+def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
     """Refuse headings beyond a turn that are not said to be in rad. Raises InputError."""
-    labels = batch.subject.labels.q
-    for word, angle, label in zip(batch.rotation or (), batch.q.T, labels, strict=False):
-        largest = np.abs(angle[np.isfinite(angle)]).max(initial=0.0)
-        if word == TURNS and largest > 2 * np.pi and unit_of(label) != "rad":
+    for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
+        largest = np.abs(q[np.isfinite(q)]).max(initial=0.0)
+        if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
-                f"they in degrees? Where a robot turns as far, label its q so: '{label} [rad]'."
+                f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
             )
 
 

@@ -38,14 +38,12 @@ def folder_arrays(path: Path) -> dict:
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
-            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
-            f"{len(tracks)}."
+            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)}, {len(tracks)}."
         )
     for row, (run, track, named) in enumerate(zip(runs, tracks, p_names, strict=True)):
         if track.shape != tracks[0].shape:
             raise InputError(
-                f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
-                f"{row} has {track.shape}. {RAGGED}"
+                f"{run}: expected {tracks[0].shape} as row 0; row {row} has {track.shape}. {RAGGED}"
             )
         if named != p_names[0]:  # columns are read by their place
             first, own = (", ".join(names or ("without names",)) for names in (p_names[0], named))
@@ -101,7 +99,6 @@ def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
         raise InputError(
-            f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "
-            f"columns; got {len(names)} names."
+            f"{path}: expected a first line to name {rows.shape[1]} columns; got {len(names)} names."
         )
     return rows, names
