@@ -93,6 +93,7 @@ def lattice(*n, ends=True):
         lattice(61, 61),  # of 0.1, a resolution in which draws may stand
         lattice(601),
         np.random.default_rng(0).permutation(lattice(40, 40))[:500],
+        6 * qmc.Sobol(2, scramble=False).random(64) - 3,
         6 * qmc.Sobol(2, seed=0).random(1024) - 3,
         np.round(6 * qmc.Sobol(2, seed=0).random(1024) - 3, 3),
         6 * qmc.LatinHypercube(2, seed=0).random(100) - 3,

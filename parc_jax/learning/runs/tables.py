@@ -99,6 +99,6 @@ def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
         raise InputError(
-            f"{path}: expected a first line to name {rows.shape[1]} columns; got {len(names)} names."
+            f"{path}: expected a first line with {rows.shape[1]} columns; got {len(names)} names."
         )
     return rows, names
