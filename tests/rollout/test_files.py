@@ -193,7 +193,7 @@ def test_arrays_that_nobody_reads_are_refused(batch, tmp_path, name):
     """A misspelled groups would make every window of a recording a run of its own."""
     arrays = {"k": batch.k, "p": batch.p}
     np.savez(tmp_path / "log.npz", **arrays, **{name: np.arange(batch.n) // 4})
-    with pytest.raises(InputError, match=f"k, p, q, groups, points; got '{name}'. Is it misspell"):
+    with pytest.raises(InputError, match=f"q, groups, points; got '{name}'. Is it misspelled, or"):
         load_rollouts(tmp_path / "log.npz", GRID)
 
 
@@ -223,7 +223,7 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
     (tmp_path / "group.csv").unlink()
     k = np.column_stack([batch.k[:3], [1, 1, 2]])
     np.savetxt(tmp_path / "k.csv", k, header="speed,angle,Recording", **head)
-    with pytest.raises(InputError, match=r"got a column 'recording'.*stand in groups\.csv"):
+    with pytest.raises(InputError, match=r"got a column 'recording'.*groups\.csv"):
         load_rollouts(tmp_path, GRID)
 
 

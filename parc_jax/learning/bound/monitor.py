@@ -173,10 +173,8 @@ class Monitor:
         claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
         if unit != claim.unit:
             how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
-            raise InputError(
-                f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. "
-                f"{how}"
-            )
+            told = f"expected {claim.unit.many}, as the claim counts; got {unit.many}"
+            raise InputError(f"{batch.name}: {told}. {how}")
         law, own = batch.law, claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
         if not self.declared and (law.k_law != own.k_law or elsewhere):

@@ -121,9 +121,7 @@ def check_uniform(
 
 
 def values_of(k: np.ndarray, domain: Box) -> np.ndarray:
-    """(n_k,) bounds on the numbers of values in the domain that k (n, n_k) may have as they are
-    stored, or, where all of them have as few, with their decimals.
-    """
+    """(n_k,) most values in a domain of k (n, n_k) as stored, or with the few decimals all have."""
     stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
     width = 2 * domain.radius
     fine = np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored)).astype(float)

@@ -100,14 +100,13 @@ def _check_own(
 def _assemble(
     path: Path, arrays: dict, time, domain, k_law: str, groups, points, about: dict
 ) -> RolloutBatch:
-    names = {"k": None, "p": None, "q": None, "groups": groups, "points": points}
+    of = {"k": None, "p": None, "q": None, "groups": groups, "points": points}
     for name in sorted(arrays.keys() - {"labels", "meta"}):  # what nobody reads is said for nothing
-        if name not in names:
+        if name not in of:
             raise InputError(
-                f"{path}: expected arrays {', '.join(names)}; got {name!r}. Is it misspelled? "
-                "Leave others out; given, rotation and time are arguments."
+                f"{path}: expected {', '.join(of)}; got {name!r}. Is it misspelled, or an argument?"
             )
-        if names[name] is not None and not np.array_equal(arrays[name], names[name]):
+        if of[name] is not None and not np.array_equal(arrays[name], of[name]):
             raise InputError(f"{path}: expected no {name}=, or those of the file; got others.")
     if missing := ", ".join(sorted({"k", "p"} - arrays.keys())):
         raise InputError(f"{path}: expected arrays k and p; {missing} is missing.")

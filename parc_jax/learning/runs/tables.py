@@ -32,8 +32,7 @@ def folder_arrays(path: Path) -> dict:
     k, k_names = _csv(path / "k.csv")
     for name in {*map(str.lower, k_names or ())} & {*_HEADERS}:
         raise InputError(
-            f"{path / 'k.csv'}: expected parameters; got a column {name!r}. Names of recordings "
-            "stand in groups.csv, a line for each row of k.csv."
+            f"{path}: expected parameters in k.csv; got a column {name!r}. Is it groups.csv?"
         )
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
