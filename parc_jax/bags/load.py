@@ -140,7 +140,7 @@ def load_bags(
     _check_robots(together)
     cuts = [[windows(*one[1:], time, after, bridge) for one in some] for some in together]
     runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
-    valid, unknown, dropped = _valid(path, runs, domain, len(given), short)
+    valid, missed, left_out = _valid(path, runs, domain, len(given), short)
     names = [some[-1].name for some in together]
     groups = np.repeat(names, [sum(len(cut.k) for cut in some) for some in cuts])[valid]
     runs = Windows(*(part[valid] for part in runs))
@@ -162,7 +162,8 @@ def load_bags(
             "cut short": short,
         }
         | ({"given": f"in the messages of the pose, {', '.join(given)}"} if given else {}),
-        {"dropped": dropped, "given but not measured": unknown},
+        left_out,
+        missed,
         time=time,
         groups=groups,
         rotation=(TURNS,),
@@ -215,32 +216,33 @@ def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
 
 
 def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: str):
-    """(m,) bool, the windows that are runs; how many are not, for want of what is given, or cut
-    short. Raises InputError where no run is complete.
+    """(m,) bool, the windows that are runs; how many miss K, in words; how many are no runs for
+    other reasons. Raises InputError where no run is complete.
     """
     measured = np.isfinite(runs.k[:, :n_given]).all(axis=1)
     inside = measured.copy()
     if domain is not None:
         if domain.n != runs.k.shape[1]:
             raise InputError(
-                f"{path}: expected a domain of {runs.k.shape[1]} parameters, given ones first; got "
-                f"{domain.n}."
+                f"{path}: expected a domain of {runs.k.shape[1]} parameters; got {domain.n}."
             )
         inside[measured] = domain.contains(runs.k[measured])
     valid = inside & ~runs.short if short == "dropped" else inside
+    out, unknown = int((measured & ~inside).sum()), int((~measured).sum())
     failed = np.isnan(runs.pose[valid]).any(axis=(1, 2)).sum()
     counts = (
-        f"{counted(len(runs.k), 'command')}: {(~measured).sum()} without what is given, "
-        f"{(measured & ~inside).sum()} outside of K, {(inside & runs.short).sum()} cut short, "
+        f"{counted(len(runs.k), 'command')}: {unknown} without what is given, "
+        f"{out} outside of K, {(inside & runs.short).sum()} cut short, "
         f"{(inside & runs.gaps).sum()} with gaps between poses"
     )
     LOG.info("%s: %s; %d runs, %d of them failed", path, counts, valid.sum(), failed)
     if failed == valid.sum():  # or there is none
         raise InputError(
-            f"{path}: expected a run that comes to its end; got {counts}. Try a shorter t_f, or a "
-            "wider bridge or domain."
+            f"{path}: expected a complete run; got {counts}. Try a shorter t_f, wider bridge or K."
         )
-    return valid, int((~measured).sum()), int((inside & runs.short).sum())
+    missed = f"{out:,} of {counted(len(runs.k), 'command')}" if out else ""
+    dropped = int((inside & ~valid).sum())
+    return valid, missed, {"dropped": dropped, "given but not measured": unknown}
 
 
 def _off(messages: Sequence[Heard]) -> float:
@@ -261,8 +263,7 @@ def track(
     topic: str, messages: Sequence[Heard], clock: str, frames: tuple[str, str] | None, more=()
 ) -> Track:
     """The track in the messages of a topic. frames: one edge of a topic of transforms. more: paths
-    of further numbers. Raises InputError for decreasing stamps, several frames, and messages
-    without a pose.
+    of further numbers. Raises InputError for stamps that fall, several frames, and no pose.
     """
     with_pose = _poses(topic, messages, frames)
     edges = {frames_of(one.message) for one in with_pose}

@@ -153,7 +153,6 @@ def yaw_of(turn, topic: str) -> float:
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(length - 1) <= UNIT:
         raise InputError(
-            f"{topic}: expected unit quaternions; got ({x:g}, {y:g}, {z:g}, {w:g}). Was the "
-            "orientation never filled in?"
+            f"{topic}: expected unit quaternions; got ({x:g}, {y:g}, {z:g}, {w:g}). Left unfilled?"
         )
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

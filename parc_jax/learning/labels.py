@@ -118,15 +118,13 @@ def _checked(part: str, given, n: int) -> tuple[str, ...]:
     words = (given,) if isinstance(given, str) else tuple(given)
     if len(words) != n:
         raise InputError(
-            f"labels of {part}: expected {n}, one per coordinate, such as 'speed [m/s]'; got "
-            f"{len(words)}."
+            f"labels of {part}: expected {n}, as 'speed [m/s]', one each; got {len(words)}."
         )
     for word in words:
         plain = is_text(word) and "$" not in word
         if not plain or not 0 < len(word) <= LONGEST:
             raise InputError(
-                f"labels of {part}: expected plain text of 1 to {LONGEST} characters without '$'; "
-                f"got {word!r:.60}."
+                f"labels of {part}: expected 1 to {LONGEST} characters, no '$'; got {word!r:.60}."
             )
         name = name_of(word)
         if name.isdecimal() or [name_of(other) for other in words].count(name) > 1:

@@ -107,14 +107,13 @@ def learn(
         of the runs and a domain that contains theirs. No bound rests on it: the held-out runs of
         the robot size the tube, however bad it is.
     settings: a record `Learning`, or `options` of it and of its bound by name, such as eps=1e-2 or
-        hidden=(16, 16). With a prior 8,000 rollouts of it, 2 x 24 neurons and
-        2 seeds by default; and where the held-out runs are too few for eps, discard="most" is the
-        number advised by the training runs, fixed before a held-out one is scored [T2].
+        hidden=(16, 16). With a prior 8,000 rollouts of it, 2 x 24 neurons, 2 seeds by default; and
+        where held-out runs are too few for eps, discard="most" is the number advised by the
+        training runs, fixed before a held-out one is scored [T2].
     holdout: share of the recorded runs, or of their groups, that sizes the tube; 0.4 by default,
         0.5 with a prior. Or the runs that do, as `split` set them aside.
-    path: a folder for finished chunks of rollouts, from which a killed call continues.
-    quiet: no progress bars.
-    Returns the model. Raises InputError, also for a system whose start matters more than `gap`.
+    path: a folder for finished chunks of rollouts, from which a killed call continues. quiet: no
+    bars. Returns the model. Raises InputError, also for a start that matters more than `gap`.
     """
     default = Learning() if prior is None else WITH_PRIOR
     settings = (settings or default).replace(**options)

@@ -136,8 +136,7 @@ class TrajectoryModel:
         arrays |= tube_arrays(self.tube)
         held = {} if self.held is None else rollouts_to_npz(self.held)
         arrays |= {f"{HELD}{name}": array for name, array in held.items()}
-        arrays = {"meta": np.array(json.dumps(meta)), **arrays}
-        return write_npz(path, arrays, compressed=True)
+        return write_npz(path, {"meta": np.array(json.dumps(meta)), **arrays}, compressed=True)
 
 
 def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:
@@ -180,8 +179,7 @@ def check_parts(model: TrajectoryModel) -> None:
         )
     if net.n_in != claim.domain.n:
         raise InputError(
-            f"model: expected a network with {claim.domain.n} inputs, as K has axes; got "
-            f"{net.n_in}."
+            f"model: expected a network with {claim.domain.n} inputs, as K has; got {net.n_in}."
         )
 
 
@@ -197,8 +195,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         meta = json.loads(str(file["meta"]))
         if meta["format"] != FORMAT:
             raise InputError(
-                f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}. Learn it "
-                "again."
+                f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}. Learn anew."
             )
         layers = sum(name.startswith("W") for name in file)
         net = relu_network(

@@ -155,8 +155,7 @@ def check_points(owner: str, names) -> tuple[str, ...]:
     fine = isinstance(names, tuple | list) and all(is_text(n) and n for n in names)
     if not fine or len(names) == 0 or len(set(names)) < len(names):
         raise InputError(
-            f"{owner}: expected points, a tuple of distinct names of reference points on one line; "
-            f"got {names!r}."
+            f"{owner}: expected points, a tuple of distinct names on one line; got {names!r}."
         )
     return tuple(names)
 
@@ -203,7 +202,6 @@ def check_system(system) -> None:
     names = ("rollout", "rollout_batch")
     if not any(callable(getattr(system, name, None)) for name in names):
         raise InputError(
-            f"{system.name}: expected a method rollout(key, k), or rollout_batch(keys, ks); there "
-            "is neither."
+            f"{system.name}: expected rollout(key, k) or rollout_batch(keys, ks); it has neither."
         )
     points_of(system)

@@ -141,11 +141,28 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
     dropped = pj.exchange.load_bags(path, long, **ASKED, short="dropped")
     assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
-    for one, word in ((runs, "failed"), (dropped, "dropped, dropped = 1 left out")):
+    for one, word in ((runs, "failed, pose"), (dropped, "dropped, dropped = 1 left out, pose")):
         said = one.law.describe()
         assert f"command = /cmd_vel, {', '.join(K)}, cut short = {word}" in said
         assert "clock = header" in said and "pose = /odom, odom -> base_link" in said
         assert "records = straight between poses, 0.1 s apart at most" in said
+
+
+def test_a_claim_is_about_commands_in_a_declared_K_and_counts_the_others(tmp_path):
+    """Each recording ends with a command to stop; where K is all that was sent nothing is said."""
+    rng, wide = np.random.default_rng(0), pj.box([-9, -9], [9, 9])
+    for i in range(12):
+        sent = COMMANDS + 0.01 * rng.normal(size=COMMANDS.shape)
+        driven = drive(sent, begin=1_700_000_000.0 + 100 * i)
+        bag(tmp_path, "ros1", f"{i:02}", driven, sent)
+    for K_asked, words in ((ASKED["domain"], True), (wide, False)):
+        asked = ASKED | {"domain": K_asked}
+        train, held = pj.exchange.load_bags(tmp_path, GRID, **asked).split(0.5)
+        net = pj.learning.relu_network([np.zeros((2 * GRID.n_steps + 1, 2))], [np.zeros(7)])
+        claim = pj.learning.bound_error(net, held, None, train=train, bins=(1, 1), quiet=True)
+        said = claim.details()
+        assert ("any run of a new recording whose k lies in K, drawn from" in said) == words
+        assert ("K = as declared, which 12 of 48 commands miss" in said) == words
 
 
 def test_no_run_goes_over_a_gap_between_poses(tmp_path):

@@ -238,7 +238,7 @@ def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(c
     shown |= {"quantifier": f"{words} that bin"}
     open_one = derived(claim, **shown)
     assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(3, 5)
-    with pytest.raises(InputError, match=r"a share of at most 0\.6, that of bins with a claim"):
+    with pytest.raises(InputError, match=r"a share up to 0\.6, of bins claimed"):
         open_one.risk(share=1.0)
     # blocks of two bins: each has the share of its block in evidence
     blocks = evidence | {"bin_share": ["1", "1"]}

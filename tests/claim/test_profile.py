@@ -80,5 +80,5 @@ def test_edges_end_exactly_at_the_domain():
         edges_of(box([0, 0], [1, 1]), (3,))
     given = edges_of(box([0, 0], [1, 1]), ([0, 0.2, 1], 2))
     assert given[0].tolist() == [0, 0.2, 1] and given[1].tolist() == [0, 0.5, 1]
-    with pytest.raises(InputError, match="edges of axis 0"):
+    with pytest.raises(InputError, match="axis 0 from"):
         edges_of(box([0, 0], [1, 1]), ([0, 0.2, 0.9], 2))

@@ -11,6 +11,7 @@ from turning_bar import Bar
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.learning.labels import Labels
 from parc_jax.learning.network.predict import layout_of, trajectories
 from parc_jax.learning.network.relu import outputs
 from parc_jax.learning.network.train import train, train_report, training_arrays
@@ -58,6 +59,15 @@ def test_failed_runs_are_left_out_and_too_few_are_refused(data):
     assert 200 < len(k) < 300 and np.isfinite(y).all()
     with pytest.raises(InputError, match="at least 10 finite"):
         training_arrays(data.select(slice(0, 5)))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9])
+def test_a_parameter_that_does_not_vary_is_refused_by_its_name(data, noise):
+    """Its mean, 0.8 or so, is off by a rounding, and its spread is no more than that."""
+    k = np.column_stack([0.8 + noise * data.k[:, 0], data.k[:, 1]])
+    still = data.replace(k=k, labels=Labels(("x", "y"), ("q",), ("speed [m/s]", "turn")))
+    with pytest.raises(InputError, match=r"axis 0 \(speed \[m/s\]\) is constant\. Leave it out"):
+        train(still, key=jax.random.PRNGKey(0), **SETTINGS)
 
 
 @pytest.mark.parametrize("hidden", [(), (0,), (8, -1)])

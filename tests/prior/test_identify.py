@@ -98,5 +98,5 @@ def test_what_is_no_rigid_body_in_its_own_frame_is_refused():
     flying = rollout_batch(
         TRAIN, space, np.zeros((60, 0)), time=slipping.TIME, domain=box(lo, hi), law=law
     )
-    with pytest.raises(InputError, match="positions in the plane; got 3 coordinates"):
+    with pytest.raises(InputError, match="positions in the plane; got 3 axes"):
         identify(flying)

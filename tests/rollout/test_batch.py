@@ -64,6 +64,7 @@ def test_names_of_groups_mean_the_same_in_every_file(runs, tmp_path):
     np.testing.assert_array_equal(other.groups, batch.groups[::-1])
     back = load_rollouts(save_rollouts(tmp_path / "own.npz", batch))
     np.testing.assert_array_equal(back.groups, batch.groups)
+    np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p, q=runs.q)
     given = load_rollouts(tmp_path / "log.npz", GRID, runs.domain, groups=np.arange(30) // 3)
     assert len(np.unique(given.groups)) == 10
     whole = concatenate([batch.select(slice(3)), batch.select(slice(3, 30))])

@@ -5,6 +5,7 @@ import threading
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from synthetic_plants import disturbed, failing, noisy, plant
@@ -86,6 +87,15 @@ def test_given_and_sampled_parameters_are_run_as_they_are(system):
     assert corner.k.max() < 0.5 and corner.law.k_law != "uniform"
     with pytest.raises(InputError, match="inside the domain"):
         collect(system, KEY, 5, k=[2.0, 0.5], quiet=True)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.int32, "float16", np.longdouble, bool, "x", 3])
+def test_places_are_stored_in_single_or_double(system, dtype):
+    """Anything shorter would round metres off places that no allowance covers."""
+    with pytest.raises(InputError, match="dtype: expected float64 or float32; got"):
+        collect(system, KEY, 5, dtype=dtype, quiet=True)
+    for good in (np.float32, "float32", np.dtype("float32"), jnp.float32):
+        assert collect(system, KEY, 5, dtype=good, quiet=True).p.dtype == np.float32
 
 
 def test_failed_runs_stay_and_are_counted():

@@ -186,3 +186,55 @@ def test_plain_npz(batch, tmp_path, meta):
     assert back.n_q == 0 and (back.domain.lo == batch.k.min(axis=0)).all()
     with pytest.raises(InputError, match=r"expected shape"):
         load_rollouts(tmp_path / "log.npz", time=time_grid(0.5, 1.0))
+
+
+@pytest.mark.parametrize("name", ["group", "Groups", "recordings", "given", "t", "Q"])
+def test_arrays_that_nobody_reads_are_refused(batch, tmp_path, name):
+    """A misspelled groups would make every window of a recording a run of its own."""
+    arrays = {"k": batch.k, "p": batch.p}
+    np.savez(tmp_path / "log.npz", **arrays, **{name: np.arange(batch.n) // 4})
+    with pytest.raises(InputError, match=f"q, groups, points; got '{name}'. Is it misspelled, or"):
+        load_rollouts(tmp_path / "log.npz", GRID)
+
+
+def test_arguments_that_contradict_the_file_are_refused(batch, tmp_path):
+    path, p = tmp_path / "log.npz", np.stack([batch.p, batch.p + 0.1], axis=2)
+    of = {"groups": np.arange(batch.n) // 4, "points": np.array(["tail", "nose"])}
+    np.savez(path, k=batch.k, p=p, **of)
+    same = load_rollouts(path, GRID, groups=list(of["groups"]), points=("tail", "nose"))
+    assert same.recordings == -(-batch.n // 4) and same.points == ("tail", "nose")
+    for name, other in {"groups": np.arange(batch.n), "points": ("nose", "tail")}.items():
+        with pytest.raises(InputError, match=f"expected no {name}=, or those of the file"):
+            load_rollouts(path, GRID, **{name: other})
+
+
+def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
+    (tmp_path / "p").mkdir()
+    for i, track in enumerate(batch.p[:3]):
+        np.savetxt(tmp_path / "p" / f"{i}.csv", track, delimiter=",")
+    head = {"delimiter": ",", "comments": ""}
+    np.savetxt(tmp_path / "k.csv", batch.k[:3], header="speed,angle", **head)
+    for name in ("README.md", "notes.txt", "._k.csv"):
+        (tmp_path / name).write_text("no table")
+    assert load_rollouts(tmp_path, GRID).n == 3
+    (tmp_path / "group.csv").write_text("a\na\nb\n")
+    with pytest.raises(InputError, match=r"groups\.csv; got group\.csv\. Is it misspelled"):
+        load_rollouts(tmp_path, GRID)
+    (tmp_path / "group.csv").unlink()
+    k = np.column_stack([batch.k[:3], [1, 1, 2]])
+    np.savetxt(tmp_path / "k.csv", k, header="speed,angle,Recording", **head)
+    with pytest.raises(InputError, match=r"got a column 'recording'.*groups\.csv"):
+        load_rollouts(tmp_path, GRID)
+
+
+def test_headings_in_degrees_are_refused(batch, tmp_path):
+    """A label says that they are in rad, of a robot that turns round and round."""
+    q = np.linspace(-40.0, 25.0, batch.n)[:, None]
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q)
+    turns = {"time": GRID, "rotation": ("turns",)}
+    with pytest.raises(InputError, match=r"headings in rad.*; got up to 40\. .* so: 'q0 \[rad\]'"):
+        load_rollouts(tmp_path / "log.npz", **turns)
+    far = load_rollouts(tmp_path / "log.npz", **turns, labels={"q": ("turn [rad]",)})
+    assert np.array_equal(far.q, q) and load_rollouts(tmp_path / "log.npz", GRID).n_q == 1
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q / 6.5)
+    assert load_rollouts(tmp_path / "log.npz", **turns).rotation == ("turns",)

@@ -4,10 +4,17 @@ import re
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.runs.independent import LEAST, LEVEL, check_uniform
+from parc_jax.learning.runs.independent import (
+    LEAST,
+    LEVEL,
+    check_uniform,
+    marks_by_k,
+    repeated,
+)
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
 
@@ -69,6 +76,53 @@ def test_uniform_logs_pass():
     check_uniform("log", together(drawn(LEAST - 1)), K)  # too few to tell
     fixed = np.column_stack([drawn(50, n_k=1), np.full(50, 2.0)])  # an axis without width
     check_uniform("log", fixed, box([-3.0, 2.0], [3.0, 2.0]))
+
+
+def lattice(*n, ends=True):
+    """A full grid of K, with or without its edge."""
+    steps = [(np.arange(m) if ends else np.arange(m) + 0.5) / (m - 1 if ends else m) for m in n]
+    return 6 * np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, len(n)) - 3
+
+
+@pytest.mark.parametrize(
+    "k",
+    [
+        lattice(40, 40),
+        lattice(5, 5),
+        lattice(11, 21, ends=False),
+        lattice(61, 61),  # of 0.1, a resolution in which draws may stand
+        lattice(601),
+        np.random.default_rng(0).permutation(lattice(40, 40))[:500],
+        6 * qmc.Sobol(2, scramble=False).random(64) - 3,
+        6 * qmc.Sobol(2, seed=0).random(1024) - 3,
+        np.round(6 * qmc.Sobol(2, seed=0).random(1024) - 3, 3),
+        6 * qmc.LatinHypercube(2, seed=0).random(100) - 3,
+        np.round(6 * qmc.LatinHypercube(2, seed=0).random(1000) - 3, 2),
+    ],
+)
+def test_a_plan_of_experiments_is_no_draw(k, tmp_path):
+    """Grids and sequences that fill K evenly: what lies between their rows was never tried."""
+    np.savez(tmp_path / "log.npz", k=k, p=np.linspace(0, 1, 5)[None, :, None] * k[:, None])
+    K, time = box([-3.0] * k.shape[1], [3.0] * k.shape[1]), time_grid(0.5, 1.0, 0.25)
+    with pytest.raises(InputError, match=r"as declared; .*(as on a grid|more even than draws)"):
+        load_rollouts(tmp_path / "log.npz", time, K, k_law="uniform")
+
+
+@pytest.mark.parametrize("decimals", [1, 2, 3, 5])
+def test_draws_may_be_printed_with_few_decimals(decimals, tmp_path):
+    """Equal ones are then of chance, in a log and between the halves of it; copies are not."""
+    n, time = 400, time_grid(0.5, 1.0, 0.25)
+    for seed, dtype in enumerate([np.float64] * 10 + [np.float32] * 10):
+        k = np.round(drawn(n, seed), decimals).astype(dtype)
+        p = np.linspace(0, 1, 5)[None, :, None] * (k + 0.01 * drawn(n, seed + 99))[:, None]
+        np.savez(tmp_path / "log.npz", k=k, p=p)
+        runs = load_rollouts(tmp_path / "log.npz", time, K, k_law="uniform")
+    assert not repeated(runs.select(slice(200, None)), marks_by_k(runs.k[:200])).any()
+    if decimals > 1:  # of 61 x 61 values 200 copies are few
+        np.savez(tmp_path / "log.npz", k=np.tile(k[:200], (2, 1)), p=p)
+        with pytest.raises(InputError, match="200 of 400 rows repeat the k of another one"):
+            load_rollouts(tmp_path / "log.npz", time, K, k_law="uniform")
+        assert repeated(runs, marks_by_k(runs.k[:200])).sum() >= 200
 
 
 def test_only_recordings_are_taken_as_independent():

@@ -91,7 +91,7 @@ def test_a_plain_function_that_never_works(workers):
         ("time", 1.0, "with time, a TimeGrid; got float"),
         ("n_p", 0, "n_p >= 1"),
         ("name", None, "with name, a str"),
-        ("rollout", None, r"a method rollout\(key, k\)"),
+        ("rollout", None, r"expected rollout\(key, k\) or"),
     ],
 )
 def test_what_is_no_system_is_said(attribute, value, message):

@@ -62,8 +62,7 @@ def calibrate(
     scores = holdout if isinstance(holdout, Scores) else scores_of(net, profile, [holdout])
     check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
-    unit = scores.unit
-    independent = scores.by_group()
+    unit, independent = scores.unit, scores.by_group()
     n = len(independent)
     supported, discard = pac_label(n, eps, delta / settings.looks, settings.discard, unit)
     scale = float(kept_maximum(independent, discard))
@@ -305,8 +304,7 @@ def calibrate_bins(
         needed = required_runs(float(eps), share_of_delta, discard)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
-            f"{n_blocks} holds {counts.max()}. Use fewer bins, a larger eps, or one claim over K "
-            "(calibrate)."
+            f"{n_blocks} holds {counts.max()}. Use fewer bins, a larger eps, or calibrate over K."
         )
     scale = scales[block]
     place = "bin" if n_blocks == profile.n_bins else "block of bins"

@@ -55,8 +55,7 @@ class ErrorClaim:
     network: its hash.
     quantifier: the law of runs in words; of a declared claim, the reason.
     eps, delta: exact; None where the kind has none.
-    n, discard, looks: runs that support it, runs discarded (fixed beforehand), uses of this
-        calibration set.
+    n, discard, looks: runs that support it, runs discarded (fixed beforehand), uses of these.
     law: of those runs.
     assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and
         calibration set, seeds, largest scores).
@@ -98,8 +97,7 @@ class ErrorClaim:
     @property
     def unit(self) -> Unit:
         """Independent unit that n counts."""
-        known = {RECORDED_ROWS, RECORDED_IDS} & self.evidence.keys()
-        return RECORDINGS if known else RUNS
+        return RECORDINGS if {RECORDED_ROWS, RECORDED_IDS} & self.evidence.keys() else RUNS
 
     @property
     def premises(self) -> Premises:
@@ -129,8 +127,7 @@ class ErrorClaim:
         claimed: a law of this density draws from bins with a claim alone, as `Answer.sample` does.
         bin: the set lies in this bin, of a claim per bin; share stays that of all of K.
         shift: total variation between the declared and the deployed law of (k, disturbance), k
-            drawn in that way: a change of all of K's runs may fall into the set alone, so tau of
-            these is tau / share here.
+            drawn so: tau of all of K's runs, which may fall into the set alone, is tau / share.
         Of a claim about recordings all of it is about one run, drawn from each. Raises InputError.
         """
         once(self, check_claim)
@@ -218,8 +215,7 @@ class ErrorClaim:
             most = float(self.claimed_share)
             if float(share) > most * (1 + ROUNDED):
                 raise InputError(
-                    f"risk: expected a share of at most {most:g}, that of bins with a claim; got "
-                    f"{float(share):g}."
+                    f"risk: expected a share up to {most:g}, of bins claimed; got {float(share):g}."
                 )
             return risk_of(max(claimed), self.delta, density_of_share(share), shift)
         if self.bin_eps[bin] is None:

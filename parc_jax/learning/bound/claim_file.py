@@ -63,8 +63,7 @@ def _check_sum(data: dict, tube: Tube) -> None:
             raise Rejected(known["says"])
     except Rejected as why:
         raise InputError(
-            f"claim: expected numbers that follow from its runs; {why}. Take the file as it was "
-            "written, or bound the error anew."
+            f"claim: expected numbers that follow from its runs; {why}. Bound the error anew."
         ) from None
 
 

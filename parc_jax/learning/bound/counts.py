@@ -142,8 +142,7 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
 
 def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     """Least of sizes (m,) above all but `discard` of n runs with probability SURE, or infinite."""
-    # one more run than observed may be beyond each size: a first failure among the n must not end
-    # all plans
+    # one more run than observed may be beyond each size: a first failure must not end all plans
     from scipy.special import bdtr
 
     ordered = np.sort(sizes)

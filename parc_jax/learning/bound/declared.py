@@ -64,20 +64,17 @@ def declared_claim(
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
     given: Sequence[str | int] = (),
 ) -> ErrorClaim:
-    """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
-    here, as every sentence says.
+    """A bound from elsewhere, such as a data sheet. Nothing is shown, as every sentence says.
 
     tube: half widths [m, .] for runs from every start and for all times; its outer edges are K.
     why: the reason, one clause: "... no run leaves the tube, because {why}".
     net, time: network and grid of the bound. system: name of the robot. points: names of its
         reference points, None for a single one.
-    rotation, given: as of a system. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}.
-    Raises InputError.
+    rotation, given: as of a system. labels: of p, q, k, as of `subject`. Raises InputError.
     """
     if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
         raise InputError(
-            "declared_claim: expected a Tube (see parc_jax.tube) and a reason in words; got "
-            f"{type(tube).__name__} and {why!r}."
+            f"declared_claim: expected a Tube and words; got {type(tube).__name__} and {why!r}."
         )
     domain = box([e[0] for e in tube.edges], [e[-1] for e in tube.edges])
     return error_claim(

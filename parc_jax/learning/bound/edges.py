@@ -109,8 +109,7 @@ def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
     bins = tuple(bins) if isinstance(bins, tuple | list) else tuple(np.atleast_1d(bins))
     if len(bins) != domain.n or any(np.ndim(b) == 0 and int(b) < 1 for b in bins):
         raise InputError(
-            f"bins: expected {domain.n} numbers >= 1 or lists of edges, one per axis of K; got "
-            f"{bins}."
+            f"bins: expected {domain.n} numbers >= 1 or lists of edges, one per axis; got {bins}."
         )
     edges = []
     for axis, (lo, hi, given) in enumerate(zip(domain.lo, domain.hi, bins, strict=True)):
@@ -121,8 +120,7 @@ def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
             edge = np.array(given, np.float64)
             if edge[0] != lo or edge[-1] != hi:
                 raise InputError(
-                    f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
-                    f"{edge[-1]}."
+                    f"bins: expected axis {axis} from {lo} to {hi}; got {edge[0]} to {edge[-1]}."
                 )
         edges.append(edge)
     return tuple(edges)

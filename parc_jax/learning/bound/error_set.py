@@ -346,8 +346,7 @@ def faces(
             f"faces: expected the {n} axes as first directions, so that a box is around the set; "
             f"got {directions[(0,) * (directions.ndim - 2)][:n].tolist()}."
         )
-    errors = template(directions, centre, half, frames)
-    return Faces(directions, centre, half, errors, frames)
+    return Faces(directions, centre, half, template(directions, centre, half, frames), frames)
 
 
 def short(values: np.ndarray, bits: int) -> np.ndarray:

@@ -31,8 +31,7 @@ from parc_jax.learning.runs.law import STATED, TO_ALL
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
 _HOW_NEAR = (
-    f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
-    "size"
+    f"k within {TOLERANCES.near_k:g} of its range, p and q {TOLERANCES.near_p:g} of their size"
 )
 
 
@@ -48,8 +47,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
     repeated = len(scores.ids) - len(np.unique(scores.ids))
     if repeated:
         raise InputError(
-            f"holdout: {repeated} of {len(scores.ids)} runs occur twice; expected independent "
-            "runs. Remove the copies."
+            f"holdout: {repeated} of {len(scores.ids)} runs occur twice; remove the copies."
         )
     if scores.law.k_law == "uniform":
         # the law of a seed is that of the program itself: refuse hardly ever by chance
@@ -70,8 +68,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         raise InputError(
             f"holdout: expected all rows from {scores.rows.min():,} to {scores.rows.max():,} of "
             f"their seed; {gaps:,} are missing. A failed run counts as one that "
-            "leaves the tube: pass the runs as they were collected, and split them before any is "
-            "left out."
+            "leaves the tube: pass runs as they were collected, split before any is left out."
         )
     if train is not None:
         _check_unseen(scores, train)

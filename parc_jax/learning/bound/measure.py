@@ -37,8 +37,7 @@ _ROUNDED = 4  # [float spacings of the largest place] by which a difference of r
 class Errors(NamedTuple):
     """Error bounds of runs, rounded outward; infinite where a run failed.
 
-    interval: (..., T, n_c) [m]        max over the records s in the closed interval [t, t + 1] of
-        |p(s) - p^(s)|.
+    interval: (..., T, n_c) [m]        max over records s in [t, t + 1] of |p(s) - p^(s)|.
     final:    (..., n_c + n_q) [m, .]  |final state - predicted|.
     """
 
@@ -72,8 +71,7 @@ def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Errors:
     error, size = rounding_bound(net, domain)
     last = layout.n_offsets - layout.n_c
     at_end = error[last:] + 4 * UNIT * size[last:]
-    # interpolation c_t (1 - a) + c_{t+1} a: five roundings, each at most UNIT of a magnitude below
-    # |c_t| + |c_{t+1}|
+    # interpolation c_t (1 - a) + c_{t+1} a: five roundings, at most UNIT of |c_t| + |c_{t+1}| each
     offsets = (error + 8 * UNIT * size)[: layout.n_offsets]
     knots = np.concatenate([np.zeros(layout.n_p), offsets]).reshape(-1, layout.n_c)
     return Errors(knots[:-1] + knots[1:], at_end)
@@ -91,8 +89,7 @@ def _signed(
     p_hat = c[:-1, None] * (1 - share) + c[1:, None] * share
     records = jnp.arange(layout.n_steps)[:, None] * stride + jnp.arange(stride + 1)[None]
     unit = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0
-    run = p[records].astype(c.dtype)
-    last = p[-1].astype(c.dtype)
+    run, last = p[records].astype(c.dtype), p[-1].astype(c.dtype)
     return (
         Errors(run - p_hat, jnp.concatenate([last - c[-1], q - q_hat])),
         Errors(unit * jnp.abs(run), jnp.append(unit * jnp.abs(last), jnp.zeros_like(q_hat))),
@@ -103,9 +100,8 @@ def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: La
     """Errors of one run as computed, p at its records; NaN is infinity. Kernel."""
     error, stored = _signed(net, k, p, q, layout=layout)
     size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))
-    return Errors(
-        most(size.interval, axis=1), jnp.where(jnp.isnan(size.final), jnp.inf, size.final)
-    )
+    final = jnp.where(jnp.isnan(size.final), jnp.inf, size.final)
+    return Errors(most(size.interval, axis=1), final)
 
 
 @partial(jax.jit, static_argnames="layout")
@@ -114,9 +110,7 @@ def _errors_many(
 ) -> Errors:
     errors = jax.vmap(partial(rollout_errors, layout=layout), in_axes=(None, 0, 0, 0))(net, k, p, q)
     up = 1 + 4 * UNIT  # the subtraction itself rounds
-    return Errors(
-        errors.interval * up + slack.interval[None], errors.final * up + slack.final[None]
-    )
+    return Errors(*(e * up + more[None] for e, more in zip(errors, slack, strict=True)))
 
 
 @partial(jax.jit, static_argnames="layout")
@@ -309,6 +303,5 @@ def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout, domain: Box) 
     widths = np.concatenate([half.reshape(-1) for half in profile.halves])
     if not (np.isfinite(widths).all() and (widths > 0).all()):
         raise InputError(
-            "profile: expected finite widths > 0 (a floor); a zero width would make any error "
-            "infinite."
+            "profile: expected finite widths > 0 (a floor); zero would make any error infinite."
         )

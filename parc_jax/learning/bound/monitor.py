@@ -173,10 +173,8 @@ class Monitor:
         claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
         if unit != claim.unit:
             how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
-            raise InputError(
-                f"{batch.name}: expected {claim.unit.many}, as the claim counts; got {unit.many}. "
-                f"{how}"
-            )
+            told = f"expected {claim.unit.many}, as the claim counts; got {unit.many}"
+            raise InputError(f"{batch.name}: {told}. {how}")
         law, own = batch.law, claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
@@ -218,8 +216,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     rate = max(float(risk.bound), 1e-9)
     if rate >= 0.5:
         raise InputError(
-            f"monitor: expected a claimed rate below 1/2; got {rounded_up(rate, 3)}. There is "
-            "nothing to refute."
+            f"monitor: expected a rate below 1/2; got {rounded_up(rate, 3)}: nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())

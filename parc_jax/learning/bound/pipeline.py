@@ -109,8 +109,7 @@ def bound_error(
 
     system: a black box; or a RolloutBatch of recorded runs, unseen by network and profile: then key
         is unused, train is needed, and the claim carries the eps that they support.
-    asked: settings, all but `claims`; or its `options` by name, such as eps=1e-2, bins=(2, 2):
-        fields of `BoundSettings`.
+    asked: settings, all but `claims`; or fields of it by name, such as eps=1e-2, bins=(2, 2).
     train: training runs of the network, for the error shape.
     profile: an error shape instead, whose outer edges are K.
     path: folder for finished chunks, from which a killed run continues with the same numbers.
@@ -197,8 +196,7 @@ def learn_profile(
     """An error shape from the training runs and further ones.
 
     bins, shape: as in `BoundSettings`; bins are cut by training runs alone. A fitted shape holds
-    all runs in memory.
-    Raises InputError, also when no run is finite.
+    all runs in memory. Raises InputError, also when no run is finite.
     """
     if shape not in SHAPES:
         raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {shape!r}.")

@@ -192,8 +192,7 @@ class BoundSettings(ModelBound):
         kinds = set(self.claims)
         if not kinds or len(kinds) < len(self.claims) or kinds - set(CLAIMS):
             raise InputError(
-                f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got "
-                f"{self.claims}."
+                f"claims: expected some of {', '.join(CLAIMS)}, each once; got {self.claims}."
             )
         check_count("looks", self.looks, 1, "1 for a holdout that is used once")
 

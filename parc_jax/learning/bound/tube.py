@@ -254,8 +254,7 @@ def zero_tube(
 ) -> Tube:
     """A tube of zero widths on these bins of K."""
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
-    interval = np.zeros((n_bins, n_steps, n_c))
-    return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)
+    return tube(edges, np.zeros((n_bins, n_steps, n_c)), np.zeros((n_bins, n_end)), n_points)
 
 
 def tube_to_json(error_tube: Tube) -> dict:

@@ -32,8 +32,7 @@ def pattern_map(
     C = xp.eye(n, dtype=float)
     d = xp.zeros(n)
     rows = [xp.zeros((0, n))]
-    bounds = [xp.zeros(0)]
-    first = 0
+    bounds, first = [xp.zeros(0)], 0
     for W, bias in zip(weights[:-1], biases[:-1], strict=True):
         C = xp.matmul(W, C)
         d = xp.matmul(W, d) + bias
@@ -51,8 +50,7 @@ def pattern_map(
 
 def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """C (r, n_out, n), d (r, n_out): net(x) = C x + d on regions of patterns (r, n_hidden) bool."""
-    r = len(patterns)
-    n = net.n_in
+    r, n = len(patterns), net.n_in
     # filled in order by one product per chunk; C and d are views of it
     joint = np.empty((r, n + 1, net.n_out))
     for rows in _chunks(net, r):

@@ -72,8 +72,7 @@ def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
     """Validated network from lists of (out, in) weights and (out,) biases. Raises InputError."""
     if len(weights) != len(biases) or not weights:
         raise InputError(
-            f"network: expected one bias per weight, at least one; got {len(biases)} and "
-            f"{len(weights)}."
+            f"network: expected a bias per weight, at least one; got {len(biases)}, {len(weights)}."
         )
     weights = tuple(as_float64(f"weights[{i}]", W, (None, None)) for i, W in enumerate(weights))
     pairs = enumerate(zip(weights, biases, strict=True))
@@ -104,6 +103,7 @@ def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(No
 
 # [1] largest difference of folded and unfolded outputs, relative to their size
 FOLD_RELATIVE = 1e-10
+STILL = 1e-6  # [size] a parameter that varies by less is constant but for rounding
 
 
 class Normalisation(NamedTuple):
@@ -115,15 +115,18 @@ class Normalisation(NamedTuple):
     y_scale: np.ndarray
 
     @classmethod
-    def of(cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int) -> "Normalisation":
+    def of(
+        cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int, names: Sequence[str] = ()
+    ) -> "Normalisation":
         """Statistics of k (n, n_k), y (n, n_out). All workspace outputs share one scale: metres
-        stay comparable. Raises InputError when a parameter does not vary at all.
+        stay comparable. names: of parameters. Raises InputError when one of them does not vary.
         """
         x_scale = k.std(axis=0)
-        if not (x_scale > 0).all():
+        if (still := x_scale <= STILL * np.abs(k).max(axis=0)).any():
+            axis = int(np.argmax(still))
+            named = f"axis {axis} ({names[axis]})" if names else f"axis {axis}"
             raise InputError(
-                f"train: expected every parameter to vary; axis {int(np.argmin(x_scale))} is "
-                "constant."
+                f"train: expected every parameter to vary; {named} is constant. Leave it out of k."
             )
         spread = y.std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)
@@ -164,7 +167,6 @@ def fold(
     gap = np.abs(expected - got).max() / max(1.0, np.abs(expected).max())
     if not gap <= FOLD_RELATIVE:
         raise SoundnessError(
-            f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check the "
-            "scalings."
+            f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check scalings."
         )
     return net

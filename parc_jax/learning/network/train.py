@@ -87,9 +87,9 @@ def train_report(
         check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8, batch=1000")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - HELD)))
-    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
-    x = norm.inputs(k).astype(np.float32)
-    targets = norm.outputs(y[:n_fit])
+    names = data.subject.labels.k
+    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets, names)
+    x, targets = norm.inputs(k).astype(np.float32), norm.outputs(y[:n_fit])
     # along their leading principal directions, unwhitened (metres stay metres)
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     targets = (targets @ vectors[:, ::-1][:, :COMPONENTS]).astype(np.float32)

@@ -212,8 +212,7 @@ def moving_body(runs: RolloutBatch) -> Motion:
     """
     if runs.n_p != 2:
         raise InputError(
-            f"prior twist: expected positions in the plane; got {runs.n_p} coordinates. Give a "
-            "simulator as the prior."
+            f"prior twist: expected positions in the plane; got {runs.n_p} axes. Give a simulator."
         )
     batch = runs.finite
     if batch.n < _LEAST:
@@ -231,8 +230,7 @@ def moving_body(runs: RolloutBatch) -> Motion:
     if np.median(off) > _RIGID * size:
         raise InputError(
             "prior twist: expected every run in the frame in which it begins; in half of the runs "
-            f"the reference points start {np.median(off):.2g} m from where they usually do. Turn "
-            "the runs."
+            f"the reference points start {np.median(off):.2g} m from their usual place. Turn them."
         )
     heading = np.unwrap(np.angle(arms @ at_start.conj()), axis=1)
     bent = np.abs(arms - np.exp(1j * heading)[..., None] * at_start).max(axis=(1, 2))

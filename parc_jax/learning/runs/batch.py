@@ -44,10 +44,8 @@ class RolloutBatch:
         None for plain ones, static. given: axes of k that are measured at the start, static.
     source: hash of the loaded log, its first row and its last, or of a collection, static; rows of
         it that are missing here were left out. None = these very rows.
-    time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
-        files.
-    A failed run holds NaN or infinities and stays in the batch: a failure is an error without
-    bound, not a missing row.
+    time, law, seed, stage: static; seed is the data of the random key; both None for files.
+    A failed run holds NaN or infinities and stays: an error without bound, not a missing row.
     """
 
     rows: np.ndarray
@@ -203,8 +201,7 @@ def rollout_batch(
     n_p = _check_places(p, n, time, points)
     if q.ndim != 2 or q.shape[0] != n:
         raise InputError(
-            f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got "
-            f"{q.shape}."
+            f"rollouts q: expected shape ({n}, n_q), n_q = 0 without goal states; got {q.shape}."
         )
     outside = ~domain.contains(k)
     if outside.any():

@@ -115,13 +115,14 @@ class _Work:
         check_count("n", self.n, 1, "collect(system, key, n=1000)")
         check_count("first_row", self.first_row, 0, "collect(system, key, n, first_row=1000)")
         given_of(system)
+        if self.dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
+            raise InputError(f"dtype: expected float64 or float32; got {self.dtype!r:.60}.")
         if not self.is_given:
             return
         shape, domain = np.shape(k), system.domain
         if shape not in ((domain.n,), (self.n, domain.n)):
             raise InputError(
-                f"rollouts k: expected ({domain.n},), ({self.n}, {domain.n}) or a function; got "
-                f"{shape}."
+                f"rollouts k: expected ({domain.n},), ({self.n}, {domain.n}) or a law; got {shape}."
             )
         if not domain.contains(np.asarray(k)).all():
             raise InputError(

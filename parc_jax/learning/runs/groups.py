@@ -32,8 +32,7 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
 
 
 def _number(name: str) -> int:
-    # what differs in case, spaces, marks that nobody sees or the form of Unicode alone is one name,
-    # spelled twice
+    # names that differ in case, spaces, unseen marks or the form of Unicode alone are one
     seen = "".join(c for c in name if unicodedata.category(c) != "Cf")
     folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", seen).casefold())
     name = " ".join(folded.split())

@@ -80,40 +80,36 @@ LEVEL, REPEATS = 1e-3, 1e-6
 LEAST = 20  # draws: with fewer nothing is tested
 CELLS = 10  # equal parts of a range, fewer where a part would expect less than LEAST / 2 draws
 SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
-
-
+FEWEST = 25  # values of a parameter that are the decimals of draws; fewer are choices
+FINEST = 2.0**23  # values that a generator of random numbers in single precision has
 Chance = tuple[float, str]  # p-value of a test for uniform k, and its result in words
 
 
 def check_uniform(
-    owner: str,
-    k,
-    domain: Box,
-    groups=None,
-    names: Sequence[str] | None = None,
-    level: float = LEVEL,
+    owner: str, k, domain: Box, groups=None, names: Sequence[str] | None = None, level=LEVEL
 ) -> None:
     """Refuse k (n, n_k) that were not drawn uniformly and independently from the domain, at level
     in all. names: of the parameters. Raises InputError with the figure that refutes it.
 
-    The p-values of a rank correlation and of chi-square are approximations, good to a third from
-    LEAST draws on; those of corners are exact. groups (n,): rows of one recording may share their k
-    or follow each other, so only the first row of each is tested, as a claim about recordings
-    assumes these independent. The level is split evenly over the kinds of tests, and within a kind
-    over its tests.
+    Most p-values are approximations, good to a third from LEAST draws on. groups (n,): rows of one
+    recording may share their k or follow each other, so only the first of each is tested, as claims
+    about recordings assume these independent. The level is split over kinds, then over tests.
     """
     drawn = np.ascontiguousarray(k, "<f8")
     _check_distinct(owner, drawn, groups, domain)
     if groups is not None:
         drawn = drawn[np.sort(np.unique(groups, return_index=True)[1])]
     wide = domain.hi > domain.lo
-    names = [f"k{axis}" for axis in range(domain.n)] if names is None else list(names)
-    names = list(itertools.compress(names, wide))
-    u = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
-    if len(u) < LEAST:
+    names = [f"k{i}" if names is None else names[i] for i in np.flatnonzero(wide)]
+    told = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
+    if len(told) < LEAST:
         return
+    steps = values_of(drawn, domain)[wide]
+    # rounded draws, moved by what rounding may have moved them, are uniform again
+    u = told + (np.random.default_rng(0).random(told.shape) - 0.5) / steps
+    u = 1 - np.abs(1 - np.abs(u))
     kinds = [list(test(u, names)) for test in (_ranges, _pairs, _corners)]
-    kinds = [kind for kind in kinds if kind]
+    kinds = [kind for kind in (*kinds, list(_repeats(told, names, steps))) if kind]
     scaled = ((chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind)
     chance, said = min(scaled, default=(1.0, ""))
     if chance <= level:
@@ -124,13 +120,26 @@ def check_uniform(
         )
 
 
+def values_of(k: np.ndarray, domain: Box) -> np.ndarray:
+    """(n_k,) most values in a domain of k (n, n_k) as stored, or with the few decimals all have."""
+    stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
+    width = 2 * domain.radius
+    fine = np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored)).astype(float)
+    step = fine
+    for size in 10.0 ** np.arange(-12, 7):
+        even = (np.abs(k / size - np.round(k / size)) < 0.01).all(axis=0)
+        step = np.where(even & (size > fine) & (FEWEST * size <= width), size, step)
+    return np.maximum(width / step, 1.0)
+
+
 def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:
-    """Bound on equal pairs of k (n, n_k) uniform on a domain, from how their numbers are stored."""
+    """Bound on equal pairs of k (n, n_k) uniform on a domain, in the resolution they stand in."""
     from scipy.stats import poisson
 
-    stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
-    steps = 2 * domain.radius / np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored))
-    return float(poisson.isf(REPEATS, pairs / np.maximum(steps, 1.0).prod()))
+    values = float(values_of(k, domain).prod())
+    # of few values the tail is that of chi-square, which is heavier
+    heavier = -np.log(REPEATS) * np.sqrt(2 * pairs) / values
+    return float(poisson.isf(REPEATS, pairs / values) + heavier)
 
 
 def marks_by_k(k: np.ndarray) -> list[str]:
@@ -162,15 +171,44 @@ def _check_distinct(owner: str, k: np.ndarray, groups, domain: Box) -> None:
 
 
 def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
-    """Chi-square over equal parts of the range of every parameter."""
-    from scipy.stats import chisquare
+    """Chi-square over equal parts of every range, and pairs in one of as many parts as draws."""
+    from scipy.stats import chi2, chisquare, poisson
 
-    cells = min(CELLS, 2 * len(u) // LEAST)
+    n = len(u)
+    cells = min(CELLS, 2 * n // LEAST)
     for axis, name in enumerate(names):
         held = np.histogram(u[:, axis], cells, (0.0, 1.0))[0]
+        far, less = chisquare(held)
+        # whole counts of equal parts are never nearer to each other than by this
+        more = chi2.cdf(far + cells**2 / (6 * n), cells - 1)
         shown = ", ".join(map(str, held))
-        said = f"{cells} equal parts of the range of {name} hold {shown} of {len(u):,} draws"
-        yield float(chisquare(held).pvalue), said
+        said = f"{cells} equal parts of the range of {name} hold {shown} of {n:,} draws"
+        yield 2 * float(min(less, more)), said + " (more even than draws)" * int(more < less)
+        pairs = _equal(np.floor(0.97 * n * u[:, axis] + 0.3))  # edges of parts are on no grid
+        said = f"values of {name} are more even than draws, {pairs:,} pairs in about {n:,} parts"
+        yield float(poisson.cdf(pairs, (n - 1) / 2 / (0.97 + 1.3 / n))), said
+
+
+def _repeats(told: np.ndarray, names: list[str], values: np.ndarray) -> Iterator[Chance]:
+    """Equal values of a parameter, too many, and equal rows, too few, of u as told in the log."""
+    from scipy.stats import chi2, poisson
+
+    n = len(told)
+    for axis, name in enumerate(names):
+        least, some = min(values[axis], FINEST), len(np.unique(told[:, axis]))
+        due, pairs = n * (n - 1) / 2 / least, _equal(told[:, axis])
+        far = (pairs - due) / np.sqrt(due / (2 * least)) + least
+        chance = max(poisson.sf(pairs - 1, due), chi2.sf(far, least))
+        yield float(chance), f"{name} has only {some:,} values in {n:,} draws, as on a grid"
+    pairs, due = _equal(told), n * (n - 1) / 2 / float((values + 1).prod())
+    said = f"only {pairs:,} pairs of {n:,} draws are equal, more even than draws"
+    yield float(poisson.cdf(pairs, due)), f"{said} of so few decimals"
+
+
+def _equal(x: np.ndarray) -> int:
+    """Number of pairs of equal rows."""
+    many = np.unique(x, axis=0, return_counts=True)[1]
+    return int((many * (many - 1) // 2).sum())
 
 
 def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
@@ -180,11 +218,8 @@ def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
     for i, j in itertools.combinations(range(len(names)), 2):
         if np.ptp(u[:, i]) > 0 and np.ptp(u[:, j]) > 0:
             result = spearmanr(u[:, i], u[:, j])
-            said = (
-                f"the rank correlation of {names[i]} and {names[j]} is {result.statistic:.2f} over "
-                f"{len(u):,} draws"
-            )
-            yield float(result.pvalue), said
+            said = f"{names[i]} and {names[j]} is {result.statistic:.2f} over {len(u):,} draws"
+            yield float(result.pvalue), f"the rank correlation of {said}"
 
 
 def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
@@ -197,12 +232,7 @@ def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
             for side in SIDES:
                 held = int((inwards < side).sum())
                 tails = [bdtr(held, len(u), side**2), bdtrc(held - 1, len(u), side**2)]
-                ends = " and ".join(
-                    f"the {'upper' if up else 'lower'} end of {names[axis]}"
-                    for axis, up in zip((i, j), high, strict=True)
-                )
-                said = (
-                    f"a corner of {100 * side**2:.2g} % of K, at {ends}, holds {held:,} of "
-                    f"{len(u):,} draws"
-                )
-                yield 2 * float(min(tails)), said
+                one, two = ("upper" if up else "lower" for up in high)
+                said = f"the {one} end of {names[i]} and the {two} end of {names[j]}, holds"
+                said = f"a corner of {100 * side**2:.2g} % of K, at {said}"
+                yield 2 * float(min(tails)), f"{said} {held:,} of {len(u):,} draws"

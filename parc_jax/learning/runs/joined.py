@@ -38,8 +38,7 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
         if differs:
             raise InputError(
                 "concatenate: expected batches of one source; they differ in "
-                f"{', '.join(differs)}. Load or collect them in the same way, or train and bound "
-                "with one of them."
+                f"{', '.join(differs)}. Load or collect them in one way, or train and bound by one."
             )
         source = joined_source([dataclasses.replace(first, source=source), batch])
         begin, at = at, at + batch.n

@@ -88,7 +88,7 @@ class LawSpec:
 
     @property
     def fitted(self) -> str | None:
-        """Runs that K was fitted to, in words; None where it was declared."""
+        """Runs that K was fitted to, or that a declared K left out, in words; None for neither."""
         return dict(self.parameters).get(FITTED)
 
     @property
@@ -229,8 +229,7 @@ class Subject:
     @property
     def identity(self) -> dict:
         """All but the labels, as plain values; equal for the same subject."""
-        measured = {"given": list(self.given)} if self.given else {}
-        return measured | {
+        return ({"given": list(self.given)} if self.given else {}) | {
             "system": self.system,
             "domain": {"lo": hex_text(self.domain.lo), "hi": hex_text(self.domain.hi)},
             "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
@@ -278,8 +277,7 @@ class Subject:
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
         """The subject with other labels; a mapping gives some of p, q, k. Raises InputError."""
         words = self.labels._asdict() | words_of(given)
-        named = valid_labels(self.n_p, self.n_q, self.domain.n, **words)
-        return replace(self, labels=named)
+        return replace(self, labels=valid_labels(self.n_p, self.n_q, self.domain.n, **words))
 
 
 def subject(
@@ -326,8 +324,7 @@ def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
     if axes is None or len(axes) == len(k_labels):
         raise InputError(
             f"{owner}: expected given, a tuple of parameters that are measured at the start, of "
-            f"{', '.join(map(name_of, k_labels))}, each once and not all of them; got "
-            f"{words!r:.60}."
+            f"{', '.join(map(name_of, k_labels))}, each once, not all of them; got {words!r:.60}."
         )
     return axes
 

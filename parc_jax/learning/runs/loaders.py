@@ -9,13 +9,13 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels
+from parc_jax.learning.labels import Labels, unit_of
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import folder_arrays
-from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
+from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
 
@@ -36,7 +36,7 @@ def load_rollouts(
 
     *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record
             + 1, n_p), of m reference points (n, n_record + 1, m, n_p), and, where there are other
-            goal states, q (n, n_q); groups (n,) and points (m,) see below.
+            goal states, q (n, n_q), angles in rad; groups (n,) and points (m,) see below.
     folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
             per run in p/, whose names sort, as text and by their numbers, in the order of the
             rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
@@ -100,9 +100,16 @@ def _check_own(
 def _assemble(
     path: Path, arrays: dict, time, domain, k_law: str, groups, points, about: dict
 ) -> RolloutBatch:
-    missing = {"k", "p"} - arrays.keys()
-    if missing:
-        raise InputError(f"{path}: expected arrays k and p; no {', '.join(sorted(missing))}.")
+    of = {"k": None, "p": None, "q": None, "groups": groups, "points": points}
+    for name in sorted(arrays.keys() - {"labels", "meta"}):  # what nobody reads is said for nothing
+        if name not in of:
+            raise InputError(
+                f"{path}: expected {', '.join(of)}; got {name!r}. Is it misspelled, or an argument?"
+            )
+        if of[name] is not None and not np.array_equal(arrays[name], of[name]):
+            raise InputError(f"{path}: expected no {name}=, or those of the file; got others.")
+    if missing := ", ".join(sorted({"k", "p"} - arrays.keys())):
+        raise InputError(f"{path}: expected arrays k and p; {missing} is missing.")
     k, p = (_numbers(path, name, arrays[name]) for name in ("k", "p"))
     if p.ndim not in (3, 4) or k.ndim != 2:
         raise InputError(
@@ -148,15 +155,17 @@ def recorded(
     k_law: str,
     cut: Mapping[str, str] | None = None,
     left_out: Mapping[str, int] | None = None,
+    missed: str = "",
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
     were made of what was logged, by name, for their law; left_out: how many were not, by the
-    reason. about: as of `rollout_batch`. Raises InputError.
+    reason; missed: how many K left out, in words. about: as of `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
-    fitted = {FITTED: TO_ALL} if domain is None else {}
+    fitted = {FITTED: f"as declared, which {missed} miss"} if missed else {}
+    fitted |= {FITTED: TO_ALL} if domain is None else {}
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
@@ -164,9 +173,21 @@ def recorded(
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
+    _check_turns(owner, batch)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
+
+
+def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
+    """Refuse headings beyond a turn that are not said to be in rad. Raises InputError."""
+    for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
+        largest = np.abs(q[np.isfinite(q)]).max(initial=0.0)
+        if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
+            raise InputError(
+                f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
+                f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
+            )
 
 
 def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:

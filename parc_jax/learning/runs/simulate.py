@@ -154,9 +154,7 @@ def simulator(system) -> Simulator:
             if known.is_current():
                 return known
             del _RECENT[place]
-            # jitted parts of the system, with the system as a static argument, were traced with
-            # the old values too
-            jax.clear_caches()
+            jax.clear_caches()  # jitted parts with the system as an argument are of old values
             break
         _RECENT.append(Simulator(system))
         del _RECENT[:-_KEPT]
@@ -202,14 +200,12 @@ def is_traceable(system) -> bool:
 
 def uniform(key, lo, hi):
     """k (n_k,) uniform on the box lo, hi. Kernel."""
-    u = jax.random.uniform(key, lo.shape, lo.dtype)
-    return jnp.clip(lo + u * (hi - lo), lo, hi)
+    return jnp.clip(lo + jax.random.uniform(key, lo.shape, lo.dtype) * (hi - lo), lo, hi)
 
 
 @jax.jit
 def _drawn(key, rows, lo, hi):
     """Keys (B, 2) of the systems and k (B, n_k), uniform on K, of rows (B,) of a stage."""
-
     k_keys, keys = row_keys(key, rows)
     return keys, jax.vmap(uniform, in_axes=(0, None, None))(k_keys, lo, hi)
 

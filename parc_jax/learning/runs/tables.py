@@ -10,11 +10,14 @@ import numpy as np
 from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.runs.files import RAGGED
 
+TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 
 
 def folder_arrays(path: Path) -> dict:
     """Arrays k, p, q, groups of a folder of CSV files, and labels. Raises InputError."""
+    for name in sorted({table.name for table in path.glob("[!.]*.csv")} - {*TABLES}):
+        raise InputError(f"{path}: expected {', '.join(TABLES)}; got {name}. Is it misspelled?")
     runs = sorted((path / "p").glob("*.csv"))
     for before, after in itertools.pairwise(run.stem for run in runs):
         # where both orders differ nobody knows which of them the rows of k.csv are in
@@ -27,17 +30,19 @@ def folder_arrays(path: Path) -> dict:
     if not (path / "k.csv").exists() or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
     k, k_names = _csv(path / "k.csv")
+    for name in {*map(str.lower, k_names or ())} & {*_HEADERS}:
+        raise InputError(
+            f"{path}: expected parameters in k.csv; got a column {name!r}. Is it groups.csv?"
+        )
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
-            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
-            f"{len(tracks)}."
+            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)}, {len(tracks)}."
         )
     for row, (run, track, named) in enumerate(zip(runs, tracks, p_names, strict=True)):
         if track.shape != tracks[0].shape:
             raise InputError(
-                f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
-                f"{row} has {track.shape}. {RAGGED}"
+                f"{run}: expected {tracks[0].shape} as row 0; row {row} has {track.shape}. {RAGGED}"
             )
         if named != p_names[0]:  # columns are read by their place
             first, own = (", ".join(names or ("without names",)) for names in (p_names[0], named))
@@ -93,7 +98,6 @@ def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
         raise InputError(
-            f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "
-            f"columns; got {len(names)} names."
+            f"{path}: expected a first line with {rows.shape[1]} columns; got {len(names)} names."
         )
     return rows, names

@@ -304,8 +304,7 @@ def _globals(code: types.CodeType) -> tuple[str, ...]:
 
 def _name_of(x) -> str:
     """Module and name of a class or function, the same in every process that it is sent to."""
-    module = _MAIN[0] if x.__module__ in _MAIN else x.__module__
-    return f"{module}.{x.__qualname__}"
+    return f"{_MAIN[0] if x.__module__ in _MAIN else x.__module__}.{x.__qualname__}"
 
 
 def _file_of(cls: type) -> str:

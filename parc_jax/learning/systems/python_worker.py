@@ -79,8 +79,7 @@ def run_sent(
 ) -> list[Call] | OtherCode:
     """`run_many`, for a process that may hold another program than the sender.
 
-    sending: unique, since dask takes equal calls for one. code: `code_of` the sender's function, ""
-    where none is compared.
+    sending: unique, since dask takes equal calls for one. code: `code_of` its function, "" for any.
     """
     if code and code not in _HELD:
         _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
