@@ -150,7 +150,7 @@ def test_scans_wait_for_their_pose_in_turn_and_without_any_nothing_new_begins():
     late.hear_scan(scan([], still, at - 1))
     late.hear_pose(sliding.odometry([0, 0], [0, 0], at + CYCLE))
     assert "older than all poses, and is not used" in late.said
-    assert "no pose was heard yet" in Pilot(model(), RADIUS, one.driving)._stale()
+    assert "no pose was heard yet" in Pilot(model(), RADIUS, one.driving).memory.stale
     with pytest.raises(InputError, match="whose pose it is"):
         other = sliding.odometry([0, 0], [0, 0], at + 2 * CYCLE)
         other.child_frame_id = "mast"
@@ -187,14 +187,14 @@ def test_a_scan_that_is_heard_after_a_manoeuvre_began_has_drifted_as_all_before_
     one.hear_goal(sliding.posed(1.8, 0.0))
     one.hear_scan(scan([], lambda _: rest, 10**9))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
-    one.seen = None  # what the scan alone frees
-    one._begun = 11 * 10**8  # as if another one had begun meanwhile
+    one.memory.seen = None  # what the scan alone frees
+    one.memory.begun = 11 * 10**8  # as if another one had begun meanwhile
     one.hear_scan(scan([], lambda _: rest, 105 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
     x0, _, x1, _ = one.seen.region.bounds
     assert (x1 - x0) / 2 == pytest.approx(5.92 - taken, abs=0.01)
-    one._before = 115 * 10**7  # drifted twice since, whatever restarts
-    one._begun = None
+    one.memory.before = 115 * 10**7  # drifted twice since, whatever restarts
+    one.memory.begun = None
     one.restart()
     assert one.hear_pose(sliding.odometry(rest, rest, 125 * 10**7)).new
     one.hear_scan(scan([], lambda _: rest, 106 * 10**7))
@@ -253,10 +253,10 @@ def test_a_scan_that_lies_ahead_does_not_wait_until_the_robot_is_elsewhere():
     early.hear_scan(scan([], lambda _: rest, 5 * at))
     early.hear_pose(sliding.odometry(rest, rest, at))
     early.hear_pose(sliding.odometry(rest, rest, 6 * at))
-    assert early._added is None and one._added is None
+    assert early.memory.added is None and one.memory.added is None
     early.hear_scan(scan([], lambda _: rest, 6 * at))
     early.hear_pose(sliding.odometry(rest, rest, 61 * 10**8))
-    assert early._added == 6 * at
+    assert early.memory.added == 6 * at
 
 
 def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
@@ -328,7 +328,7 @@ def test_a_frame_that_turns_loses_more_of_what_is_far_away():
     one.hear_scan(scan(walls, lambda _: np.zeros(2), 10**9))
     assert one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).new
     assert not one.seen.region.intersects(shapely.box(1.36, -3.0, 1.6, 3.0))
-    assert one.drift == pytest.approx(0.1 * np.linalg.norm(one.outline, axis=1).max())
+    assert one.drift == pytest.approx(0.1 * np.linalg.norm(one.outline.corners, axis=1).max())
 
 
 CHANGED = {
@@ -385,7 +385,7 @@ def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_s
     for tenth in (41, 52):  # no scan any more
         assert one.seen.region.area > 10.0
         one.hear_pose(sliding.odometry([0, 0], [0, 0], tenth * 10**8))
-    body = shapely.Polygon(one.outline)
+    body = shapely.Polygon(one.outline.corners)
     assert body.buffer(1e-6).contains(one.seen.region) and one.seen.region.area > 0.9 * body.area
 
 
