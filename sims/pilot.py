@@ -86,7 +86,10 @@ class Pilot:
         self.map = measured.map_in(message)
 
     def restart(self) -> None:
-        """Another episode, of a robot at rest where it touches nothing: after a tube was left."""
+        """Another episode, of a robot at rest where it touches nothing: after a tube was left. What
+        was seen, and who was told to move, is forgotten; as at the start, a person has looked
+        `margin` around the robot.
+        """
         self.loop.restart()
         self.memory.restart()
         self.driven = []
@@ -174,6 +177,13 @@ class Pilot:
         here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
         if not (np.isfinite(here).all() and np.isfinite(there).all() and tolerance > 0):
             raise InputError("plan: expected finite poses, and a tolerance > 0 m.")
+        under_way = self.loop.under_way
+        if under_way is not None and under_way.seen_outside:
+            raise InputError(
+                "plan: expected poses to which the manoeuvre under way may have led; one was "
+                "beyond its tube, so nobody knows where the robot is. At rest, call `restart` "
+                "first."
+            )
         ways = self.memory.stale or self._ways(here)
         if isinstance(ways, str):
             raise InputError(f"plan: expected a start with a way; {ways}.")
@@ -254,7 +264,8 @@ class Pilot:
         """Obstacles and their spans, or a sentence why there are none. now: [s] of the clock."""
         if not self.driving.mover_radius:
             return ways, None
-        if self.movers is None:
+        since = self.memory.since
+        if self.movers is None or (since is not None and self.movers.stamp < since):
             return "nobody has said yet where those are who move"
         pose, at = self.memory.pose, self.memory.stamp
         old = (at - self.movers.stamp) / 1e9  # who came since is in no message

@@ -17,6 +17,7 @@ from sims.ros.outline import Outline
 from sims.sweep import swept
 
 TRACK = 256  # poses that are stored, to locate scans
+ROUNDED = 1e-9  # [m], [rad]
 OF_SCANNER = ("angle_min", "angle_increment", "range_min", "range_max")  # equal in all scans
 
 
@@ -26,7 +27,8 @@ class Memory:
     seen: the space that is free; None before the first pose, and without a sensor. said: what the
     last scan refutes of it. stamp, first, pose: [ns] of the last pose, of the first one, and the
     last one. added, scanned: [ns] of the last scan that was added, and that came. begun, before:
-    [ns] of where the last two manoeuvres began.
+    [ns] of where the last two manoeuvres of the episode began. since: [ns] of the first pose after
+    all was forgotten, None if it never was.
     """
 
     def __init__(self, driving: Driving, outline: Outline):
@@ -35,7 +37,9 @@ class Memory:
         self.said = ""
         self.stamp = self.first = self.pose = None
         self.scanned = self.added = None
-        self.begun = self.before = None
+        self.begun = self.before = self.since = None
+        self._rested: np.ndarray | None = None  # pose, while nothing is under way
+        self._again = False  # restarted, and no pose since
         self._scanner: Premises | None = None
         self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
@@ -55,7 +59,8 @@ class Memory:
         if self.stamp is None:
             return "no pose was heard yet"
         # before the first one somebody looked around, for as long
-        since = self.first if self.added is None else self.added
+        looked = self.first if self.since is None else self.since
+        since = looked if self.added is None else self.added
         old = (self.stamp - since) / 1e9
         if old <= self.driving.stale:
             return ""
@@ -93,12 +98,16 @@ class Memory:
         self.scanned = None
 
     def restart(self) -> None:
-        """Nothing is under way."""
-        self.begun, self.before = None, self.begun or self.before
+        """Nothing is under way, and the frame may be another one: what was seen is forgotten. As at
+        the start, a person has looked around the robot.
+        """
+        self.begun = self.before = self.added = self.seen = self._rested = None
+        self._track.clear()  # so scans from before are older than all poses
+        self._again = True
 
     def begin(self) -> None:
         """A manoeuvre begins at the last pose."""
-        self.before, self.begun = self.begun or self.before, self.stamp
+        self.before, self.begun = self.begun, self.stamp
         self.seen = self.remembered
 
     def look(self, at: int, pose: np.ndarray) -> None:
@@ -108,13 +117,23 @@ class Memory:
         d, self.said = self.driving, ""
         self.first = at if self.first is None else self.first
         self.stamp, self.pose = at, pose
+        moved = self._moved_by_others(pose)
+        if moved:
+            self.said = (
+                "the robot moves and no manoeuvre is under way, so its frame may drift by more "
+                "than was told, and what was seen is forgotten; "
+            )
+            self._track.clear()
+        if moved or self._again:
+            self.since, self._again = at, False
+        self._rested = pose if moved or self._rested is None else self._rested
         self._track.append((at, pose))
         if d.sensor is None:
             return
         # the robot may be anywhere within the uncertainty of its pose
         corners = self.outline.inner_at(pose)
-        if self.seen is None:
-            self.seen = free_place(corners, d.margin - self.off)
+        if self.seen is None or moved:  # nobody looks around a robot that moves
+            self.seen = free_place(corners, (0.0 if moved else d.margin) - self.off)
         while self._scans and _swept(self._scans[0])[1] <= at:
             try:
                 self._add(self._scans.popleft())
@@ -122,6 +141,19 @@ class Memory:
                 self.said += f"a scan is not used: {error} "
         self._forget(at)
         self.seen = self.seen.add(free_place(corners, -self.off))
+
+    def _moved_by_others(self, pose: np.ndarray) -> bool:
+        """Whether it moved since it rested, while nothing is under way, by more than the errors of
+        both poses and the drift of a manoeuvre.
+        """
+        d = self.driving
+        if self.begun is not None or self._rested is None or not (d.drift or d.drift_heading):
+            return False
+        off = pose - self._rested
+        turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
+        far = 2 * np.sqrt(2) * d.uncertainty_start + d.drift  # errors are along each axis
+        around = 2 * d.uncertainty_heading + d.drift_heading
+        return bool(np.linalg.norm(off[:2]) > far + ROUNDED or turned > around + ROUNDED)
 
     def _forget(self, now: int) -> None:
         """What is older than its age leaves, by a time [ns]: half an age is one part of memory."""

@@ -105,6 +105,18 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
 
 
 @pytest.mark.soundness
+def test_who_moves_is_told_anew_after_a_restart():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_movers(discs((2.5, 1.0)))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    one.restart()
+    step = one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
+    assert step.reason == "nobody has said yet where those are who move"
+    one.hear_movers(discs((2.5, 1.0), at=12 * 10**8))
+    assert one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8)).new
+
+
+@pytest.mark.soundness
 def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none():
     draw = np.random.default_rng(2)
     time, d, pose = model().time, driving(reach=2.0), np.zeros(3)

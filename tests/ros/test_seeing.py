@@ -193,13 +193,59 @@ def test_a_scan_that_is_heard_after_a_manoeuvre_began_has_drifted_as_all_before_
     one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
     x0, _, x1, _ = one.seen.region.bounds
     assert (x1 - x0) / 2 == pytest.approx(5.92 - taken, abs=0.01)
-    one.memory.before = 115 * 10**7  # drifted twice since, whatever restarts
-    one.memory.begun = None
-    one.restart()
-    assert one.hear_pose(sliding.odometry(rest, rest, 125 * 10**7)).new
+    one.memory.before = 115 * 10**7  # drifted twice since
     one.hear_scan(scan([], lambda _: rest, 106 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
     assert "a scan was 0.24 s old, which is too old, and is not used" in one.said
+
+
+@pytest.mark.soundness
+def test_a_restart_forgets_what_was_seen_where_the_frame_was():
+    """Wheels slip by 0.5 m: what was free behind the robot is a wall where it is told to be now."""
+    one, rest, jumped = pilot(drift=0.01), np.zeros(2), np.array([0.5, 0.0])
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    assert one.hear_pose(sliding.odometry(jumped, rest, 11 * 10**8)).left
+    with pytest.raises(InputError, match=r"plan: .* may have led; .* call `restart` first"):
+        one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
+    one.hear_scan(scan([], lambda _: rest, 105 * 10**7, each=1e-3))  # waits
+    one.restart()
+    assert one.seen is None and "nothing was seen yet" in one._ways(np.zeros(3))
+    one.hear_pose(sliding.odometry(jumped, rest, 12 * 10**8))
+    one.hear_pose(sliding.odometry(jumped, rest, 15 * 10**8))
+    assert "older than all poses, and is not used" in one.said
+    looked = shapely.Point(jumped).buffer(RADIUS + 0.3, quad_segs=64)
+    assert looked.contains(one.seen.region) and one.seen.region.area > 0.95 * looked.area
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("moved", "forgets"), [(0.12, False), (0.2, True)])
+def test_what_was_seen_is_forgotten_where_others_move_the_robot_in_a_frame_that_drifts(
+    moved, forgets
+):
+    """A joystick before the first goal: nothing bounds the drift. Errors of poses are no motion."""
+    one, rest = pilot(drift=0.01, uncertainty_start=0.05), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    for i in range(1, 5):  # in small parts, of which none is motion
+        assert one.seen.region.area > 50.0 and not one.said
+        one.hear_scan(scan([], lambda _: rest, 10**9 + i * 10**8 - 5 * 10**7))
+        one.hear_pose(sliding.odometry([moved * i / 4, 0.0], rest, 10**9 + i * 10**8))
+    assert ("no manoeuvre is under way" in one.said) == forgets
+    body = shapely.Polygon(one.outline.at(one.pose))  # nobody has looked around it meanwhile
+    assert body.buffer(1e-6).contains(one.seen.region) == forgets
+    one.hear_scan(scan([], lambda _: rest, 15 * 10**8))
+    one.hear_pose(sliding.odometry([moved, 0.0], rest, 15 * 10**8))
+    assert one.seen.region.area > 50.0 and not one.said
+
+
+def test_in_a_frame_that_keeps_what_was_seen_stays_whoever_drives():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_pose(sliding.odometry([0.4, 0.0], rest, 11 * 10**8))
+    assert one.seen.region.area > 50.0
 
 
 def test_a_scan_from_before_something_was_forgotten_is_not_used():
