@@ -1,5 +1,6 @@
 """The outline of a robot in the plane, and whether a model was learned with it."""
 
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ def outline_of(model: TrajectoryModel, robot: Footprint | float) -> Outline:
                 f"{', '.join(model.points)}."
             )
         return Outline(robot.places[1:], robot.places[1:], robot.body)
-    if model.n_points != 1 or not (np.ndim(robot) == 0 and np.isfinite(robot) and robot > 0):
+    if model.n_points != 1 or not (isinstance(robot, Real) and 0 < robot < np.inf):
         raise InputError(
             "pilot: expected a footprint, or of a model with one point a radius > 0 m; got "
             f"{robot!r:.40}."

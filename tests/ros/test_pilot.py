@@ -207,12 +207,37 @@ def test_nobody_looked_so_nothing_is_free_where_it_stands():
 def test_bad_parameters_are_refused():
     with pytest.raises(InputError, match="given: expected 2 numbers"):
         pilot(given=())
-    with pytest.raises(InputError, match="radius > 0 m"):
-        pilot(radius=0.0)
+    for radius in (0.0, np.nan, np.inf, "0.2", None):
+        with pytest.raises(InputError, match="radius > 0 m"):
+            pilot(radius=radius)
     with pytest.raises(InputError, match="reach: expected"):
         Driving(reach=-1.0)
     with pytest.raises(InputError, match="expected a model of the points"):
         Pilot(model(), pj.problem.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "words"),
+    [
+        ([0.0, 0.0, 180.0], r"a heading within a turn \[rad\]; got 180.0 rad\. Of degrees it is"),
+        ((0.2, 0.0), r"sensor: expected shape \(3,\); got \(2,\)"),
+        (("a", 0, 0), "sensor: expected numbers"),
+        ((0.0, np.nan, 0.0), "sensor: expected finite numbers"),
+    ],
+)
+def test_a_sensor_is_at_a_place_in_metres_with_a_heading_in_radians(sensor, words):
+    with pytest.raises(InputError, match=words):
+        Driving(sensor=sensor)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("name", ["drift", "drift_heading"])
+def test_a_map_is_not_driven_on_in_a_frame_that_drifts(name):
+    """Each manoeuvre would be off by what all before it have drifted."""
+    with pytest.raises(InputError, match=rf"{name}: .* got 0\.02\. Take poses localised .* sensor"):
+        Driving(**{name: 0.02})
+    listed = Driving(sensor=[0, 0.1, np.pi], **{name: 0.02})
+    assert listed.sensor == (0.0, 0.1, np.pi)
 
 
 def test_the_guide_goes_around_what_is_in_the_way():
