@@ -7,6 +7,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.answer.answer import Answer
 from parc_jax.bags.recording import frames_of, pose_in, stamp_of, value_at
@@ -14,7 +15,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.drive.loop.candidates import Outlook
+from parc_jax.common.spelling import rounded_up
+from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
 from parc_jax.learning.model import TrajectoryModel
@@ -30,9 +32,10 @@ from sims.guide import along_ways
 from sims.ros import measured
 from sims.ros.measured import Movers, among, require_frame
 from sims.ros.memory import Memory
-from sims.ros.outline import outline_of
+from sims.ros.outline import ROUNDED, outline_of, require_outline
 from sims.ros.stated import assumed, stated
 
+SOME = 64  # candidates for which the model's outline at the start is looked at
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
@@ -57,6 +60,9 @@ class Pilot:
         self.driving = d = Driving() if driving is None else driving
         self.model = model
         self.outline = outline_of(model, robot)
+        self._some_k = even_candidates(model, given_axes(model, None), SOME)
+        middle = (model.domain.lo + model.domain.hi) / 2
+        require_outline(self.outline, model, self._at_k(middle[list(given_axes(model, None))]))
         heading = 0.0 if model.rotation is None else d.uncertainty_heading
         uncertainty = Uncertainty(start=d.uncertainty_start, heading=heading)
         self.prefer = along_ways(self) if prefer is None else prefer
@@ -184,10 +190,10 @@ class Pilot:
                 "beyond its tube, so nobody knows where the robot is. At rest, call `restart` "
                 "first."
             )
-        ways = self.memory.stale or self._ways(here)
+        at_rest = {axis: 0.0 for axis in self.loop.given}
+        ways = self.memory.stale or self._ways(here, list(at_rest.values()))
         if isinstance(ways, str):
             raise InputError(f"plan: expected a start with a way; {ways}.")
-        at_rest = {axis: 0.0 for axis in self.loop.given}
         uncertainty = replace(self.loop.uncertainty, given=at_rest)
         where = box(there[:2] - tolerance, there[:2] + tolerance)
         uncertain = None if uncertainty.is_nothing else uncertainty
@@ -245,7 +251,7 @@ class Pilot:
         if arrived or (soon is not None and at < soon):
             step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
             return step if step.left else None
-        scene = memory.stale or self._ways(pose)
+        scene = memory.stale or self._ways(pose, self.given)
         gone = None if memory.seen is None else memory.remembered.gone
         if not isinstance(scene, str):
             scene = self._with_movers(scene, seen[1])
@@ -273,9 +279,20 @@ class Pilot:
             return f"where those are who move was last said {old!r} s ago"
         return among(self.movers, ways, pose, at, self.driving, self.model.time, now)
 
-    def _ways(self, pose: np.ndarray):
-        """Obstacles around a pose, or a sentence why there are none."""
-        d = self.driving
+    def _ways(self, pose: np.ndarray, given: Sequence[float]):
+        """Obstacles around a pose with values of the given parameters, or a sentence why there are
+        none.
+        """
+        d, model = self.driving, self.model
+        if model.rotation is None and model.n_points > 1:
+            off = self.outline.beside(model, self._at_k(given), float(pose[2]))
+            # the robot's true heading may be that of the runs
+            if off > ROUNDED + d.uncertainty_heading * self.outline.far:
+                return (
+                    f"a point of the body, turned by {float(pose[2])!r} rad, lies "
+                    f"{rounded_up(off, 3)} m beyond the tube around where the model, which has no "
+                    "rotation, has it at the start; turn it back, or learn a model with one"
+                )
         if d.sensor is None and self.map is None:
             return "there is no map yet"
         try:
@@ -289,6 +306,12 @@ class Pilot:
             return near.obstacles()
         except InputError as error:
             return str(error).rstrip(".")
+
+    def _at_k(self, given: ArrayLike) -> np.ndarray:
+        """(b, n_k) some candidates with values of the given parameters, taken into K."""
+        k, axes, domain = self._some_k.copy(), list(given_axes(self.model, None)), self.model.domain
+        k[:, axes] = np.clip(given, domain.lo[axes], domain.hi[axes])
+        return k
 
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]

@@ -7,21 +7,25 @@ import numpy as np
 
 from parc_jax.app.plot.shapes import placed
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Body
 from parc_jax.problem.world.outlines import Footprint
 
+ROUNDED = 1e-6  # [m]
 SIDES = 64  # of the polygon around a disc, for free space at the start
 
 
 class Outline(NamedTuple):
     """corners (n, 2) [m] in the robot's frame that hold it; inner (n, 2) [m] that it holds; body as
-    of `Loop`.
+    of `Loop`; points (m, 2) [m] of the model's reference points, the first at (0, 0).
     """
 
     corners: np.ndarray
     inner: np.ndarray
     body: Body | float
+    points: np.ndarray
 
     @property
     def far(self) -> float:
@@ -36,6 +40,28 @@ class Outline(NamedTuple):
         """The same of those that the robot holds."""
         return placed(self.inner, pose[:2], pose[2])
 
+    def beside(self, model: TrajectoryModel, k: np.ndarray, heading: float | None) -> float:
+        """[m] by which a reference point lies beyond the tube around where the model has it at the
+        start, the farthest one for any of k (b, n_k).
+
+        heading: [rad] by which the outline is turned from the frame of the model's runs; None: as
+        it fits best, since k alone tells the heading of a robot whose runs begin with several.
+        """
+        knots, _ = trajectories(model.net, model.layout, k)
+        starts = knots[:, 0].reshape(len(k), -1, 2)
+        if heading is None:
+            x, y = self.points.T
+            along = (x * starts[..., 0] + y * starts[..., 1]).sum(axis=1)
+            turned = np.arctan2((x * starts[..., 1] - y * starts[..., 0]).sum(axis=1), along)
+        else:
+            turned = np.full(len(k), heading)
+        c, s = np.cos(turned), np.sin(turned)
+        turn = np.moveaxis(np.array([[c, s], [-s, c]]), -1, 0)
+        # of a row between bins, the wider tube
+        width = model.tube.interval[model.tube.bins_of(k), 0].max(axis=1).reshape(starts.shape)
+        beyond = np.maximum(np.abs(self.points @ turn - starts) - width, 0.0)
+        return float(np.linalg.norm(beyond, axis=-1).max())
+
 
 def outline_of(model: TrajectoryModel, robot: Footprint | float) -> Outline:
     """The outline of a footprint, or of a radius [m]. Raises InputError for another model's."""
@@ -47,7 +73,8 @@ def outline_of(model: TrajectoryModel, robot: Footprint | float) -> Outline:
                 f"pilot: expected a model of the points {', '.join(robot.points)}; it has "
                 f"{', '.join(model.points)}."
             )
-        return Outline(robot.places[1:], robot.places[1:], robot.body)
+        places = np.asarray(robot.places)
+        return Outline(places[1:], places[1:], robot.body, places)
     if model.n_points != 1 or not (isinstance(robot, Real) and 0 < robot < np.inf):
         raise InputError(
             "pilot: expected a footprint, or of a model with one point a radius > 0 m; got "
@@ -56,4 +83,18 @@ def outline_of(model: TrajectoryModel, robot: Footprint | float) -> Outline:
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     inner = robot * (1 - 1e-9) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     # circumscribed: the polygon holds the disc, whatever its corners are rounded to
-    return Outline(inner / np.cos(np.pi / SIDES) * (1 + 3e-9), inner, float(robot))
+    corners = inner / np.cos(np.pi / SIDES) * (1 + 3e-9)
+    return Outline(corners, inner, float(robot), np.zeros((1, 2)))
+
+
+def require_outline(outline: Outline, model: TrajectoryModel, k: np.ndarray) -> None:
+    """Raises InputError for an outline that is not the one that the model was learned with, for
+    some of k (b, n_k).
+    """
+    off = outline.beside(model, k, None if model.rotation is None else 0.0)
+    if off > ROUNDED:
+        raise InputError(
+            "pilot: expected the footprint that the model was learned with; a point of this one is "
+            f"{rounded_up(off, 3)} m beyond the tube around where the model has it at the start. "
+            "Take that footprint, or learn a model of this one."
+        )

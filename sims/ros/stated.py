@@ -11,7 +11,8 @@ def assumed(pilot) -> str:
     """The premises of the manoeuvres of a `Pilot`, in one clause."""
     memory, told = pilot.memory, [f"{name}: {value}" for name, value in pilot.premises.items()]
     if pilot.model.rotation is None:
-        told.append("the heading of a pose is not asked: the model goes along the frame's axes")
+        asked = "only compared with that of its runs" if pilot.model.n_points > 1 else "not asked"
+        told.append(f"the model goes along the frame's axes, and the heading of a pose is {asked}")
     if memory.added is not None:
         told.append(f"the last scan is {(memory.stamp - memory.added) / 1e9!r} s older")
     if pilot.movers is not None:

@@ -240,6 +240,51 @@ def test_a_map_is_not_driven_on_in_a_frame_that_drifts(name):
     assert listed.sensor == (0.0, 0.1, np.pi)
 
 
+def rectangle(length, width):
+    x, y = length / 2, width / 2
+    return pj.problem.read_footprint([[x, y], [x, -y], [-x, -y], [-x, y]])
+
+
+@functools.cache
+def of_rectangle():
+    """The platform with a body of 0.8 m x 0.24 m that never turns, from rest to rest."""
+    robot = rectangle(0.8, 0.24)
+    time = pj.learning.time_grid(dt=sliding.DT, t_f=1.2, dt_record=sliding.DT)
+    ways = np.kron(sliding.OF_COMMAND[:, None], np.tile(np.eye(2), (5, 1)))
+    net = pj.learning.relu_network([ways[2:]], [np.tile(robot.places.ravel(), 13)[2:]])
+    wide = np.full((1, 12, 10), 0.02)
+    tube = pj.learning.tube([[-1.0, 1.0]] * 2, wide, np.full((1, 10), 0.02), 5)
+    said = "the tests declare it", net, time
+    claim = pj.learning.declared_claim(tube, *said, points=robot.points)
+    return pj.learning.trajectory_model(net, claim)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("length", "width"), [(1.6, 0.48), (0.9, 0.24), (0.24, 0.8), (0.8, 0.1)])
+def test_a_footprint_that_the_model_was_not_learned_with_is_refused(length, width):
+    with pytest.raises(InputError, match="expected the footprint that the model was learned with"):
+        Pilot(of_rectangle(), rectangle(length, width))
+
+
+@pytest.mark.soundness
+def test_a_body_that_turned_away_from_runs_without_a_rotation_begins_nothing(monkeypatch):
+    """Its proof would be of the body along the frame's axes, and it stands across."""
+    loop = Some(given=(), under_way=None, go_on=lambda why, *_: why)  # compiles nothing
+    loop.step = lambda *_, **__: Some(new=False)
+    monkeypatch.setattr("sims.pilot.Loop", lambda *_, **__: loop)
+    one = Pilot(of_rectangle(), rectangle(0.8, 0.24))
+    one.hear_map(sliding.map_of(sliding.hall()))
+    one.hear_goal(sliding.posed(3.0, 0.0))
+    for at, yaw in enumerate((np.pi / 2, -0.1, np.pi), 1):
+        why = one.hear_pose(sliding.odometry([0, 0], [0, 0], at * 10**9, yaw=yaw))
+        assert "a point of the body, turned by" in why and "which has no rotation" in why
+    with pytest.raises(InputError, match="plan: expected a start with a way; a point of the body"):
+        one.plan(sliding.posed(0, 0, np.pi / 2), sliding.posed(0.4, 0.1), 0.1)
+    step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 4 * 10**9, yaw=0.04))  # in its tube
+    assert step is not None and step.new is False
+    assert "the heading of a pose is only compared with that of its runs" in one.assumed
+
+
 def test_the_guide_goes_around_what_is_in_the_way():
     cells = sliding.hall([(1.0, -1.5, 1.2, 0.7)])
     guide = Guide(map_in(sliding.map_of(cells)), np.array([3.0, -1.0]), 0.2)
