@@ -7,13 +7,13 @@ import numpy as np
 
 from parc_jax.app.plot.shapes import placed
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import Body
 from parc_jax.problem.world.outlines import Footprint
 
 ROUNDED = 1e-6  # [m]
+NETWORK = 0.01  # [m] by which it may be off where a manoeuvre begins, for all k alike
 SIDES = 64  # of the polygon around a disc, for free space at the start
 
 
@@ -40,27 +40,39 @@ class Outline(NamedTuple):
         """The same of those that the robot holds."""
         return placed(self.inner, pose[:2], pose[2])
 
-    def beside(self, model: TrajectoryModel, k: np.ndarray, heading: float | None) -> float:
+    def beside(self, model: TrajectoryModel, k: np.ndarray, heading: float) -> float:
         """[m] by which a reference point lies beyond the tube around where the model has it at the
-        start, the farthest one for any of k (b, n_k).
+        start, the farthest one for any of k (b, n_k). heading: [rad] by which the outline is turned
+        from the frame of the model's runs.
+        """
+        return _farthest(self.away(model, k, heading), _tube(model, k))
 
-        heading: [rad] by which the outline is turned from the frame of the model's runs; None: as
-        it fits best, since k alone tells the heading of a robot whose runs begin with several.
+    def away(self, model: TrajectoryModel, k: np.ndarray, heading: float | None) -> np.ndarray:
+        """(b, m, 2) [m] from where the model has the reference points at the start, for k (b, n_k),
+        to where they are. heading: as of `beside`; None: as it fits best, since k alone tells the
+        heading of a robot whose runs begin with several.
         """
         knots, _ = trajectories(model.net, model.layout, k)
         starts = knots[:, 0].reshape(len(k), -1, 2)
+        turned = np.full(len(k), heading or 0.0)
         if heading is None:
             x, y = self.points.T
             along = (x * starts[..., 0] + y * starts[..., 1]).sum(axis=1)
             turned = np.arctan2((x * starts[..., 1] - y * starts[..., 0]).sum(axis=1), along)
-        else:
-            turned = np.full(len(k), heading)
         c, s = np.cos(turned), np.sin(turned)
         turn = np.moveaxis(np.array([[c, s], [-s, c]]), -1, 0)
-        # of a row between bins, the wider tube
-        width = model.tube.interval[model.tube.bins_of(k), 0].max(axis=1).reshape(starts.shape)
-        beyond = np.maximum(np.abs(self.points @ turn - starts) - width, 0.0)
-        return float(np.linalg.norm(beyond, axis=-1).max())
+        return self.points @ turn - starts
+
+
+def _tube(model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
+    """Half widths (b, m, 2) [m] of the tube at the start; between bins of the wider one."""
+    width = model.tube.interval[model.tube.bins_of(k), 0].max(axis=1)
+    return width.reshape(len(k), -1, 2)
+
+
+def _farthest(away: np.ndarray, allowed: np.ndarray) -> float:
+    """[m] beyond what is allowed along each axis."""
+    return float(np.linalg.norm(np.maximum(np.abs(away) - allowed, 0.0), axis=-1).max())
 
 
 def outline_of(model: TrajectoryModel, robot: Footprint | float) -> Outline:
@@ -91,10 +103,12 @@ def require_outline(outline: Outline, model: TrajectoryModel, k: np.ndarray) -> 
     """Raises InputError for an outline that is not the one that the model was learned with, for
     some of k (b, n_k).
     """
-    off = outline.beside(model, k, None if model.rotation is None else 0.0)
-    if off > ROUNDED:
+    away = outline.away(model, k, None if model.rotation is None else 0.0)
+    # a tube is wide; how a network varies over k tells better what it may be off by
+    if _farthest(away, np.minimum(_tube(model, k), np.ptp(away, axis=0) + NETWORK)) > ROUNDED:
+        far = np.linalg.norm(away, axis=-1).max()
         raise InputError(
             "pilot: expected the footprint that the model was learned with; a point of this one is "
-            f"{rounded_up(off, 3)} m beyond the tube around where the model has it at the start. "
-            "Take that footprint, or learn a model of this one."
+            f"{far:.3g} m from where the model has it at the start. Take that footprint, or learn "
+            "a model of this one."
         )
