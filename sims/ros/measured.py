@@ -17,6 +17,8 @@ from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
 
+OF_ANGLES = ("angle_min", "angle_max", "angle_increment")
+BEAMS_OFF = 2.0  # increments by which angle_max may be off
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners
 NORMALS = np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)
@@ -35,10 +37,21 @@ def map_in(message: Any) -> GridMap:
 
 
 def swept_in(message: Any) -> int:
-    """[ns] from the first beam of a sensor_msgs/LaserScan to its last. Raises InputError."""
+    """[ns] from the first beam of a sensor_msgs/LaserScan to its last. Raises InputError, also for
+    ranges that are more or fewer than its angles.
+    """
     each, n = float(message.time_increment), len(message.ranges)
     if not (np.isfinite(each) and each >= 0):
         raise InputError(f"scan: expected a time_increment of 0 s or more; got {each!r}.")
+    first, last, step = (float(getattr(message, name)) for name in OF_ANGLES)
+    # drivers count the last beam or do not, and angles are of single precision
+    if not abs(first + (n - 1) * step - last) <= BEAMS_OFF * abs(step):
+        raise InputError(
+            f"scan: expected ranges from angle_min, {first:.6g} rad, to angle_max, {last:.6g} rad, "
+            f"every angle_increment, {step:.6g} rad; got {n}, which end at "
+            f"{first + (n - 1) * step:.6g} rad. What takes some of them out has to tell the new "
+            "increment."
+        )
     return round(each * max(n - 1, 0) * 1e9)
 
 

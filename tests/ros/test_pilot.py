@@ -153,6 +153,7 @@ def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
     scan = sliding.Some(
         header=sliding.header(15 * 10**8, "lidar"),
         angle_min=-np.pi,
+        angle_max=np.pi,
         angle_increment=2 * np.pi / 720,
         time_increment=0.0,
         range_min=0.05,

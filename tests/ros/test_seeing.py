@@ -44,6 +44,7 @@ def scan(world, path, at, each=0.0, frame="lidar"):
     return sliding.Some(
         header=sliding.header(at, frame),
         angle_min=ANGLES[0],
+        angle_max=ANGLES[-1],
         angle_increment=ANGLES[1] - ANGLES[0],
         time_increment=each,
         range_min=0.0,
@@ -211,7 +212,8 @@ def test_a_restart_forgets_what_was_seen_where_the_frame_was():
         one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
     one.hear_scan(scan([], lambda _: rest, 105 * 10**7, each=1e-3))  # waits
     one.restart()
-    assert one.seen is None and "nothing was seen yet" in one._ways(np.zeros(3))
+    with pytest.raises(InputError, match="nothing was seen yet"):
+        one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
     one.hear_pose(sliding.odometry(jumped, rest, 12 * 10**8))
     one.hear_pose(sliding.odometry(jumped, rest, 15 * 10**8))
     assert "older than all poses, and is not used" in one.said
@@ -265,7 +267,7 @@ def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():
     one.hear_scan(scan([], lambda _: rest, 10**9))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
     bad = scan([], lambda _: rest, 11 * 10**8)
-    bad.ranges = bad.ranges[:1]
+    bad.ranges, bad.angle_max = bad.ranges[:1], bad.angle_min
     one.hear_scan(bad)
     step = one.hear_pose(sliding.odometry(np.array([0.0, 2.0]), rest, 12 * 10**8))
     assert step.left and "a scan is not used: " in one.said
@@ -287,6 +289,24 @@ def test_scans_of_another_sensor_or_without_a_clock_are_refused():
     for each in (-1e-4, np.nan):
         with pytest.raises(InputError, match="time_increment of 0 s or more"):
             one.hear_scan(scan([], still, 10**9 + 1, each))
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("of", "taken"), [(2, False), (3, False), (1, True)])
+def test_ranges_that_are_not_of_the_angles_are_refused(of, taken):
+    """A filter kept every second one and the old increment: posts were seen at half their angle."""
+    one, thinned = pilot(), scan([], lambda _: np.zeros(2), 10**9)
+    thinned.ranges = thinned.ranges[::of]
+    if taken:  # drivers tell the last beam, or where the next one would be
+        for at, more in enumerate((0.0, 1.0, -1.0), 1):
+            thinned.header = sliding.header(at * 10**9, "lidar")
+            thinned.angle_max = np.float32(ANGLES[-1] + more * thinned.angle_increment)
+            one.hear_scan(thinned)
+        return
+    with pytest.raises(InputError, match="scan: expected ranges from angle_min"):
+        one.hear_scan(thinned)
+    thinned.angle_increment *= of
+    one.hear_scan(thinned)
 
 
 def test_a_scan_that_lies_ahead_does_not_wait_until_the_robot_is_elsewhere():
@@ -450,6 +470,7 @@ def seen_after(second):
 NEXT = {
     "header": lambda _: sliding.header(11 * 10**8, "other"),
     "angle_min": lambda x: x + 0.1,
+    "angle_max": lambda x: x - 0.1,
     "angle_increment": lambda x: 0.9 * x,
     "time_increment": lambda _: 1e-3,
     "range_min": lambda _: 0.2,
@@ -467,7 +488,8 @@ def test_a_scan_and_the_next_agree_in_every_field_or_free_something_else(field):
     try:
         after = seen_after(second)
     except InputError as error:
-        assert "of the sensor whose place was told: expected premises that agree" in str(error)
+        agree = "of the sensor whose place was told: expected premises that agree"
+        assert agree in str(error) or "scan: expected ranges from angle_min" in str(error)
     else:
         assert field in ("ranges", "time_increment") and not after.equals(before)
 
