@@ -277,7 +277,11 @@ class Pilot:
         old = (at - self.movers.stamp) / 1e9  # who came since is in no message
         if old > self.driving.stale:
             return f"where those are who move was last said {old!r} s ago"
-        return among(self.movers, ways, pose, at, self.driving, self.model.time, now)
+        drifts = self.memory.drifts_since(self.movers.stamp)
+        if drifts is None:
+            return "where those are who move was said before the last two manoeuvres began"
+        asked = self.driving, self.model.time, now, drifts
+        return among(self.movers, ways, pose, at, *asked)
 
     def _ways(self, pose: np.ndarray, given: Sequence[float]):
         """Obstacles around a pose with values of the given parameters, or a sentence why there are

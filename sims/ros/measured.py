@@ -114,31 +114,54 @@ def movers_in(message: Any) -> Movers:
 
 
 def among(
-    movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, time: TimeGrid, now: float
+    movers: Movers,
+    ways: Sequence,
+    pose: np.ndarray,
+    at: int,
+    d: Any,
+    time: TimeGrid,
+    now: float,
+    drifts: Sequence[np.ndarray] = (),
 ):
     """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns], which is
     `now` [s] by the clock of the loop.
 
-    ways: obstacles that stand still. d: `mover_radius`, `mover_speed` and `reach` as of the
-    settings of a pilot (`sims.driving`). The manoeuvre stays within the square of half width
-    `d.reach`, so movers that cannot enter it are left out. Returns a sentence where a mover may be
-    at the robot.
+    ways: obstacles that stand still. d: `mover_radius`, `mover_speed`, `reach`, `drift` and
+    `drift_heading` as of the settings of a pilot (`sims.driving`). drifts: places (x, y) of the
+    robot at each drift of the frame since the movers were told, the last one last. The manoeuvre
+    stays within the square of half width `d.reach`, so movers that cannot enter it are left out.
+    Returns a sentence where a mover may be at the robot.
     """
     # of either sign: a measurement from after the pose is off by as much
     age = abs(at - movers.stamp) / 1e9
     radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline  # reachable by now
+    radius = radius + _strayed(movers.places, drifts, d)
     away = np.abs(movers.places - pose[:2]).max(axis=1)
     if (away <= radius).any():
         return (
             f"who moves may be where the robot is: seen {age:.3g} s apart from its pose, within "
-            f"{rounded_up(radius, 4)} m by now"
+            f"{rounded_up(radius[away <= radius].max(), 4)} m by now"
         )
     obstacles, spans = list(ways), [None] * len(ways)
-    for place in movers.places[away <= d.reach + radius + d.mover_speed * time.t_f]:
-        disc = hpolytope(NORMALS, NORMALS @ place + radius)
+    near = away <= d.reach + radius + d.mover_speed * time.t_f
+    for place, size in zip(movers.places[near], radius[near], strict=True):
+        disc = hpolytope(NORMALS, NORMALS @ place + size)
         whole = (0, time.n_steps - 1)
         known = {"at": now, "every": EVERY, "off_by": d.mover_speed}
         parts, when = moving(disc, [0.0, 0.0], whole, time.dt, **known)
         obstacles += parts
         spans += when
     return obstacles, spans
+
+
+def _strayed(places: np.ndarray, drifts: Sequence[np.ndarray], d: Any) -> np.ndarray:
+    """(n,) [m] by which places (n, 2) are elsewhere after the frame has drifted."""
+    off = np.zeros(len(places))
+    for robot in drifts:
+        # Let x be a place and p the robot before a drift, x' and p' after it: by what drift and
+        # drift_heading bound, |p' - p| <= drift and x' = p' + R (x - p) with R of |angle| <=
+        # drift_heading. So |x' - x| <= drift + drift_heading |x - p|, where p lies within drift of
+        # p', the place of the robot that is known, and x within what drifts before this one did.
+        far = np.linalg.norm(places - robot, axis=1) + d.drift + off
+        off = off + d.drift + d.drift_heading * far
+    return off

@@ -39,6 +39,7 @@ class Memory:
         self.scanned = self.added = None
         self.begun = self.before = self.since = None
         self._rested: np.ndarray | None = None  # pose, while nothing is under way
+        self._began_at = np.zeros(2)
         self._again = False  # restarted, and no pose since
         self._scanner: Premises | None = None
         self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
@@ -74,6 +75,18 @@ class Memory:
             return self.seen
         return self.seen.drifted(self.pose[:2], d.drift, d.drift_heading)
 
+    def drifts_since(self, at: int) -> list[np.ndarray] | None:
+        """Places (2,) [m] of the robot at each drift of the frame since a time [ns], the last one
+        last; None for more than are known. It drifts once from where a manoeuvre began to now, and
+        once more before, of what was told before that.
+        """
+        if not (self.driving.drift or self.driving.drift_heading):
+            return []
+        here = self.pose[:2]
+        if self.begun is None or at >= self.begun:
+            return [here]
+        return [self._began_at, here] if self.before is None or at >= self.before else None
+
     def hear(self, scan: Any) -> None:
         """A scan with a stamp that was checked; it is added at the first pose after its last beam.
         Raises InputError.
@@ -107,7 +120,7 @@ class Memory:
 
     def begin(self) -> None:
         """A manoeuvre begins at the last pose."""
-        self.before, self.begun = self.begun, self.stamp
+        self.before, self.begun, self._began_at = self.begun, self.stamp, self.pose[:2]
         self.seen = self.remembered
 
     def look(self, at: int, pose: np.ndarray) -> None:
