@@ -80,6 +80,8 @@ class Pilot:
         self.planner = Planner(model)
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
+        self._mapped = 0  # [ns] stamp of the map
+        self._begun_on: GridMap | None = None  # by which the manoeuvre under way was proved
         self.movers: Movers | None = None
         self.goal: np.ndarray | None = None
         self.memory = Memory(d, self.outline)
@@ -89,7 +91,13 @@ class Pilot:
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
         require_frame(message, self.driving.frame, "map")
-        self.map = measured.map_in(message)
+        at = stamp_of(message) or 0
+        if at < self._mapped:
+            raise InputError(
+                f"map: expected stamps that do not fall; got {at} ns after {self._mapped} ns. An "
+                "older map does not have what came since."
+            )
+        self.map, self._mapped = measured.map_in(message), at
 
     def restart(self) -> None:
         """Another episode, of a robot at rest where it touches nothing: after a tube was left. What
@@ -252,7 +260,7 @@ class Pilot:
             step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
             return step if step.left else None
         scene = memory.stale or self._ways(pose, self.given)
-        gone = None if memory.seen is None else memory.remembered.gone
+        gone = self._gone()
         if not isinstance(scene, str):
             scene = self._with_movers(scene, seen[1])
         if isinstance(scene, str):
@@ -263,8 +271,26 @@ class Pilot:
         step = self.loop.step(seen[0], self.given, obstacles, liked, **asked)
         if step.new:
             memory.begin()
+            self._begun_on = self.map
             self.driven.append(step.committed)
         return step
+
+    def _gone(self):
+        """The area that is not free any more, or None: of what was seen; of a map that is another
+        one by now all that was free around the manoeuvre under way when it began.
+        """
+        if self.driving.sensor is not None:
+            free = self.memory.remembered
+            return None if free is None else free.gone
+        last = self.loop.under_way
+        if last is None or self._begun_on in (None, self.map):
+            return None
+        around = last.asked.pose.place[:2], self.driving.reach
+        was = self._begun_on.free_space(*around).region
+        try:
+            return was.difference(self.map.free_space(*around).region)
+        except InputError:  # it began beside the new map
+            return was
 
     def _with_movers(self, ways: Sequence[HPolytope], now: float):
         """Obstacles and their spans, or a sentence why there are none. now: [s] of the clock."""

@@ -121,6 +121,37 @@ def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):
     assert step.new
 
 
+@pytest.mark.soundness
+def test_a_newer_map_tells_where_the_manoeuvre_under_way_may_lead_into_what_came():
+    """It went on "with 0.659 m clear" into a pallet that the new map had."""
+    words = "the manoeuvre under way may lead where it is no longer known to be free"
+    for box, leads in (((0.55, -1.0, 0.9, 1.0), True), ((4.0, -1.0, 4.5, 1.0), False)):
+        one = pilot()
+        one.hear_map(sliding.map_of(sliding.hall()))
+        one.hear_goal(sliding.posed(3.0, 0.0))
+        first = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).committed
+        one.hear_map(sliding.map_of(sliding.hall([box])))
+        place = sliding.after(np.zeros(2), first.k, 4)
+        step = one.hear_pose(sliding.odometry(*place, 14 * 10**8))
+        assert (words in step.reason) == leads and step.new != leads
+        if leads:  # a map of elsewhere frees nothing
+            one.hear_map(sliding.map_of(sliding.hall(), origin=(50.0, 50.0)))
+            assert words in one.hear_pose(sliding.odometry(*place, 141 * 10**7)).reason
+
+
+@pytest.mark.soundness
+def test_a_map_that_is_older_than_the_one_that_is_known_is_refused():
+    one = pilot()
+    new, old = sliding.map_of(sliding.hall(POSTS)), sliding.map_of(sliding.hall())
+    new.header, old.header = (sliding.header(at * 10**9) for at in (20, 5))
+    one.hear_map(new)
+    with pytest.raises(InputError, match="map: expected stamps that do not fall; got 5000000000"):
+        one.hear_map(old)
+    known = one.map
+    one.hear_map(new)
+    assert one.map.free.sum() == known.free.sum() < map_in(old).free.sum()
+
+
 def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     one, rest = pilot(), np.zeros(2)
     one.hear_map(sliding.map_of(sliding.hall(POSTS)))
