@@ -240,9 +240,10 @@ class Pilot:
         """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
         frame = "" if self._tracked is None else self._tracked["whose pose it is"]
         whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
-        return self.driving.premises | {
-            "whose pose it is": f"{whose}, which is the model's first reference point"
-        }
+        told = self.driving.premises
+        if self.driving.sensor is not None:
+            told["what stands"] += "; a map only guides: what stands on it alone is no obstacle"
+        return told | {"whose pose it is": f"{whose}, which is the model's first reference point"}
 
     def statement(self, step: Step) -> str:
         """The guarantee of a step, and its premises."""

@@ -438,6 +438,17 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     assert all([name, "assumed", value] in told for name, value in one.premises.items())
 
 
+def test_stairs_on_a_map_are_no_obstacle_beside_a_lidar_and_the_statement_says_so():
+    words, rest = "a map only guides: what stands on it alone is no obstacle", np.zeros(2)
+    one = pilot()
+    one.hear_map(sliding.map_of(sliding.hall([(0.5, -1.4, 1.4, 1.4)])))
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    step = one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    assert step.new and words in one.statement(step)
+    assert words not in Driving(leave=0.4, given=GIVEN).premises["what stands"]
+
+
 def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_stands():
     """A first scan sees all; later ones see only half; no place stays for longer than 2 s."""
     one, half, still = pilot(age=2.0), shapely.box(-0.5, 0.5, 0.5, 0.6), lambda _: np.zeros(2)
