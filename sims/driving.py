@@ -16,7 +16,7 @@ def _place_of(sensor) -> tuple[float, float, float]:
     if abs(turned) > 2 * np.pi:
         raise InputError(
             f"sensor: expected x, y [m] and a heading within a turn [rad]; got {turned!r} rad. "
-            f"Of degrees it is {np.remainder(np.radians(turned) + np.pi, 2 * np.pi) - np.pi:.6g}."
+            f"Degrees are {np.radians(turned):.6g} rad."
         )
     return x, y, turned
 

@@ -251,7 +251,10 @@ def test_bad_parameters_are_refused():
 @pytest.mark.parametrize(
     ("sensor", "words"),
     [
-        ([0.0, 0.0, 180.0], r"a heading within a turn \[rad\]; got 180.0 rad\. Of degrees it is"),
+        (
+            [0.0, 0.0, 180.0],
+            r"a heading within a turn \[rad\]; got 180.0 rad\. Degrees are 3.14159 rad",
+        ),
         ((0.2, 0.0), r"sensor: expected shape \(3,\); got \(2,\)"),
         (("a", 0, 0), "sensor: expected numbers"),
         ((0.0, np.nan, 0.0), "sensor: expected finite numbers"),
