@@ -102,8 +102,15 @@ class Pilot:
     def restart(self) -> None:
         """Another episode, of a robot at rest where it touches nothing: after a tube was left. What
         was seen, and who was told to move, is forgotten; as at the start, a person has looked
-        `margin` around the robot.
+        `margin` around the robot. Raises InputError while a manoeuvre is under way.
         """
+        begun, stamp = self.memory.begun, self.memory.stamp
+        left = -np.inf if begun is None else self.model.time.t_f - (stamp - begun) / 1e9
+        if left > 0:
+            raise InputError(
+                "restart: expected a robot at rest; at its last pose the manoeuvre under way went "
+                f"on for {left!r} s. Restart at a pose after it."
+            )
         self.loop.restart()
         self.memory.restart()
         self.driven = []
@@ -333,7 +340,14 @@ class Pilot:
                 return "nothing was seen yet"
             near = free.near(pose[:2], d.reach)
             if not near.holds(self.outline.at(pose), self.memory.off):
-                return "the body, in its uncertainty, does not lie in what is known to be free"
+                hint = (
+                    "; where no scan sees beside it, bring it to rest, look `margin` around it, "
+                    f"which is {d.margin!r} m, and `restart`"
+                )
+                return (
+                    "the body, in its uncertainty, does not lie in what is known to be free"
+                    f"{'' if on_map else hint}"
+                )
             return near.obstacles()
         except InputError as error:
             return str(error).rstrip(".")

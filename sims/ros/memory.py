@@ -133,8 +133,9 @@ class Memory:
         moved = self._moved_by_others(pose)
         if moved:
             self.said = (
-                "the robot moves and no manoeuvre is under way, so its frame may drift by more "
-                "than was told, and what was seen is forgotten; "
+                "the robot moves by more than uncertainty and drift of its poses, and no manoeuvre "
+                "is under way, so its frame may drift by more than was told: what was seen, and "
+                "`margin` that was looked at, is forgotten; "
             )
             self._track.clear()
         if moved or self._again:

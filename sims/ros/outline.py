@@ -109,6 +109,6 @@ def require_outline(outline: Outline, model: TrajectoryModel, k: np.ndarray) -> 
         far = np.linalg.norm(away, axis=-1).max()
         raise InputError(
             "pilot: expected the footprint that the model was learned with; a point of this one is "
-            f"{far:.3g} m from where the model has it at the start. Take that footprint, or learn "
-            "a model of this one."
+            f"{far:.3g} m from where the model has it at the start. Take that footprint, its "
+            "corners in the same order, or learn a model of this one."
         )

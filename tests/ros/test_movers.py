@@ -109,11 +109,12 @@ def test_who_moves_is_told_anew_after_a_restart():
     one, rest = pilot(), np.zeros(2)
     one.hear_movers(discs((2.5, 1.0)))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    one.hear_pose(sliding.odometry(rest, rest, 22 * 10**8))
     one.restart()
-    step = one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
+    step = one.hear_pose(sliding.odometry(rest, rest, 23 * 10**8))
     assert step.reason == "nobody has said yet where those are who move"
-    one.hear_movers(discs((2.5, 1.0), at=12 * 10**8))
-    assert one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8)).new
+    one.hear_movers(discs((2.5, 1.0), at=23 * 10**8))
+    assert one.hear_pose(sliding.odometry(rest, rest, 24 * 10**8)).new
 
 
 @pytest.mark.soundness

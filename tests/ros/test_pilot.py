@@ -161,6 +161,10 @@ def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     said = one.statement(step)
     assert step.left and "its tube left by 0.1 s" in said and "m clear" not in said
     assert "`restart`" in said
+    with pytest.raises(InputError, match=r"restart: expected a robot at rest; .* for 1\.0\d* s"):
+        one.restart()  # the robot goes on to the rest of its manoeuvre
+    assert one.loop.under_way is not None and len(one.driven) == 1
+    one.hear_pose(sliding.odometry(np.array([0.0, 0.5]), rest, 22 * 10**8))
     one.restart()
     assert one.hear_pose(sliding.odometry(rest, rest, 3 * 10**9)).new and len(one.driven) == 1
 

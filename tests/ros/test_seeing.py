@@ -210,12 +210,13 @@ def test_a_restart_forgets_what_was_seen_where_the_frame_was():
     assert one.hear_pose(sliding.odometry(jumped, rest, 11 * 10**8)).left
     with pytest.raises(InputError, match=r"plan: .* may have led; .* call `restart` first"):
         one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
-    one.hear_scan(scan([], lambda _: rest, 105 * 10**7, each=1e-3))  # waits
+    one.hear_pose(sliding.odometry(jumped, rest, 22 * 10**8))
+    one.hear_scan(scan([], lambda _: rest, 225 * 10**7, each=1e-3))  # waits
     one.restart()
-    with pytest.raises(InputError, match="nothing was seen yet"):
+    with pytest.raises(InputError, match="expected a start with a way; no scan of the last"):
         one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
-    one.hear_pose(sliding.odometry(jumped, rest, 12 * 10**8))
-    one.hear_pose(sliding.odometry(jumped, rest, 15 * 10**8))
+    one.hear_pose(sliding.odometry(jumped, rest, 24 * 10**8))
+    one.hear_pose(sliding.odometry(jumped, rest, 27 * 10**8))
     assert "older than all poses, and is not used" in one.said
     looked = shapely.Point(jumped).buffer(RADIUS + 0.3, quad_segs=64)
     assert looked.contains(one.seen.region) and one.seen.region.area > 0.95 * looked.area
@@ -240,6 +241,26 @@ def test_what_was_seen_is_forgotten_where_others_move_the_robot_in_a_frame_that_
     one.hear_scan(scan([], lambda _: rest, 15 * 10**8))
     one.hear_pose(sliding.odometry([moved, 0.0], rest, 15 * 10**8))
     assert one.seen.region.area > 50.0 and not one.said
+
+
+def test_after_a_joystick_a_lidar_that_sees_half_is_told_how_to_begin_again():
+    """Nobody has seen what is behind the robot where the joystick has left it."""
+    one, rest, there = pilot(drift=0.01), np.zeros(2), np.array([0.3, 0.0])
+
+    def half(at):
+        found = scan([], lambda _: there, at)
+        found.ranges = np.where(np.abs(ANGLES) < 2.3, found.ranges, 0.0)
+        return found
+
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_pose(sliding.odometry(there, rest, 11 * 10**8))
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(half(12 * 10**8))
+    reason = one.hear_pose(sliding.odometry(there, rest, 12 * 10**8)).reason
+    assert "bring it to rest, look `margin` around it, which is 0.3 m, and `restart`" in reason
+    one.restart()
+    one.hear_scan(half(13 * 10**8))
+    assert one.hear_pose(sliding.odometry(there, rest, 13 * 10**8)).new
 
 
 def test_in_a_frame_that_keeps_what_was_seen_stays_whoever_drives():
