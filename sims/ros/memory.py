@@ -17,7 +17,7 @@ from sims.ros.outline import Outline
 from sims.sweep import swept
 
 TRACK = 256  # poses that are stored, to locate scans
-ROUNDED = 1e-9  # [m], [rad]
+STILL = 0.01  # [m], [rad] that are no motion: less than a manoeuvre's, for which drift is told
 OF_SCANNER = ("angle_min", "angle_increment", "range_min", "range_max")  # equal in all scans
 
 
@@ -133,9 +133,9 @@ class Memory:
         moved = self._moved_by_others(pose)
         if moved:
             self.said = (
-                "the robot moves by more than uncertainty and drift of its poses, and no manoeuvre "
-                "is under way, so its frame may drift by more than was told: what was seen, and "
-                "`margin` that was looked at, is forgotten; "
+                "the robot moves by more than uncertainty_start, uncertainty_heading and drift "
+                "allow, and no manoeuvre is under way, so its frame may drift by more than was "
+                "told: what was seen, and `margin` that was looked at, is forgotten; "
             )
             self._track.clear()
         if moved or self._again:
@@ -165,9 +165,9 @@ class Memory:
             return False
         off = pose - self._rested
         turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
-        far = 2 * np.sqrt(2) * d.uncertainty_start + d.drift  # errors are along each axis
-        around = 2 * d.uncertainty_heading + d.drift_heading
-        return bool(np.linalg.norm(off[:2]) > far + ROUNDED or turned > around + ROUNDED)
+        far = 2 * np.sqrt(2) * d.uncertainty_start + max(d.drift, STILL)  # errors: along each axis
+        around = 2 * d.uncertainty_heading + max(d.drift_heading, STILL)
+        return bool(np.linalg.norm(off[:2]) > far or turned > around)
 
     def _forget(self, now: int) -> None:
         """What is older than its age leaves, by a time [ns]: half an age is one part of memory."""

@@ -243,6 +243,16 @@ def test_what_was_seen_is_forgotten_where_others_move_the_robot_in_a_frame_that_
     assert one.seen.region.area > 50.0 and not one.said
 
 
+@pytest.mark.parametrize("drift", [{"drift": 0.01}, {"drift_heading": 1e-3}])
+def test_what_a_pose_at_rest_jitters_is_no_motion(drift):
+    """Poses of odometry whose errors nobody told: the robot would never see anything."""
+    one, rest = pilot(**drift), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    for i, off in enumerate((0.0, 0.002, -0.002)):
+        one.hear_pose(sliding.odometry([off, 0.0], rest, 10**9 + i * 10**8, yaw=off))
+        assert one.seen.region.area > 50.0 and not one.said
+
+
 def test_after_a_joystick_a_lidar_that_sees_half_is_told_how_to_begin_again():
     """Nobody has seen what is behind the robot where the joystick has left it."""
     one, rest, there = pilot(drift=0.01), np.zeros(2), np.array([0.3, 0.0])
