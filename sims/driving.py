@@ -4,9 +4,21 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import Options
 from parc_jax.drive.loop.loop import Effort
+
+
+def _place_of(sensor) -> tuple[float, float, float]:
+    """x, y [m] and heading [rad] of a sensor. Raises InputError."""
+    x, y, turned = as_float64("sensor", sensor, (3,)).tolist()
+    if abs(turned) > 2 * np.pi:
+        raise InputError(
+            f"sensor: expected x, y [m] and a heading within a turn [rad]; got {turned!r} rad. "
+            f"Degrees are {np.radians(turned):.6g} rad."
+        )
+    return x, y, turned
 
 
 @dataclass(frozen=True)
@@ -56,7 +68,8 @@ class Driving(Options):
     drift: float = 0.0
     """Metres by which a pose may be off against the one at which the manoeuvre under way began,
     beside uncertainty_start of both: the drift of odometry meanwhile. A pose that is farther
-    outside of the manoeuvre's tube begins nothing."""
+    outside of the manoeuvre's tube begins nothing. With a `sensor` alone: what was seen shrinks by
+    it, a map does not."""
     drift_heading: float = 0.0
     """Radians by which a heading may be off in the same way."""
     given: tuple[str, ...] = ()
@@ -77,6 +90,15 @@ class Driving(Options):
             value, lowest = getattr(self, name), least.get(name, 0.0)
             if not (np.isfinite(value) and value >= lowest):
                 raise InputError(f"{name}: expected {lowest:g} or more; got {value!r:.40}.")
+        if self.sensor is not None:
+            object.__setattr__(self, "sensor", _place_of(self.sensor))
+        for name in ("drift", "drift_heading"):
+            if self.sensor is None and getattr(self, name):
+                raise InputError(
+                    f"{name}: expected 0 with obstacles of a map, which drifts away for good; got "
+                    f"{getattr(self, name)!r}. Take poses localised on that map, with their error "
+                    "as uncertainty_start and uncertainty_heading; or set sensor."
+                )
         if self.mover_speed and not self.mover_radius:
             raise InputError(
                 "mover_radius: expected above 0 m, since mover_speed says that somebody moves; "

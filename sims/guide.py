@@ -62,8 +62,9 @@ def along_ways(pilot) -> Callable:
     """The preference of a `Pilot`: the distance from the place of rest to the goal, on its map
     through free cells; straight while there is no map.
     """
-    sides = np.roll(pilot.outline, -1, axis=0) - pilot.outline
-    across = sides[:, 0] * pilot.outline[:, 1] - sides[:, 1] * pilot.outline[:, 0]
+    corners = pilot.outline.corners
+    sides = np.roll(corners, -1, axis=0) - corners
+    across = sides[:, 0] * corners[:, 1] - sides[:, 1] * corners[:, 0]
     inner = np.abs(across) / np.linalg.norm(sides, axis=1)
     radius = float(inner.min()) + pilot.driving.room
     known: dict = {}

@@ -17,6 +17,8 @@ from parc_jax.problem.world.grid_map import GridMap, occupancy_grid
 from parc_jax.problem.world.moving import moving
 from parc_jax.problem.world.seen import seen_from
 
+OF_ANGLES = ("angle_min", "angle_max", "angle_increment")
+BEAMS_OFF = 2.0  # increments by which angle_max may be off
 EVERY = 3  # intervals of a manoeuvre for which a disc has one outline
 SIDES = np.pi / 4 * np.arange(8)  # of an outline: a loop's scenes are padded to as many corners
 NORMALS = np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)
@@ -35,10 +37,21 @@ def map_in(message: Any) -> GridMap:
 
 
 def swept_in(message: Any) -> int:
-    """[ns] from the first beam of a sensor_msgs/LaserScan to its last. Raises InputError."""
+    """[ns] from the first beam of a sensor_msgs/LaserScan to its last. Raises InputError, also for
+    ranges that are more or fewer than its angles.
+    """
     each, n = float(message.time_increment), len(message.ranges)
     if not (np.isfinite(each) and each >= 0):
         raise InputError(f"scan: expected a time_increment of 0 s or more; got {each!r}.")
+    first, last, step = (float(getattr(message, name)) for name in OF_ANGLES)
+    # drivers count the last beam or do not, and angles are of single precision
+    if not abs(first + (n - 1) * step - last) <= BEAMS_OFF * abs(step):
+        raise InputError(
+            f"scan: expected ranges from angle_min, {first:.6g} rad, to angle_max, {last:.6g} rad, "
+            f"every angle_increment, {step:.6g} rad; got {n}, which end at "
+            f"{first + (n - 1) * step:.6g} rad. What takes some of them out has to tell the new "
+            "increment."
+        )
     return round(each * max(n - 1, 0) * 1e9)
 
 
@@ -101,31 +114,54 @@ def movers_in(message: Any) -> Movers:
 
 
 def among(
-    movers: Movers, ways: Sequence, pose: np.ndarray, at: int, d: Any, time: TimeGrid, now: float
+    movers: Movers,
+    ways: Sequence,
+    pose: np.ndarray,
+    at: int,
+    d: Any,
+    time: TimeGrid,
+    now: float,
+    drifts: Sequence[np.ndarray] = (),
 ):
     """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns], which is
     `now` [s] by the clock of the loop.
 
-    ways: obstacles that stand still. d: `mover_radius`, `mover_speed` and `reach` as of the
-    settings of a pilot (`sims.driving`). The manoeuvre stays within the square of half width
-    `d.reach`, so movers that cannot enter it are left out. Returns a sentence where a mover may be
-    at the robot.
+    ways: obstacles that stand still. d: `mover_radius`, `mover_speed`, `reach`, `drift` and
+    `drift_heading` as of the settings of a pilot (`sims.driving`). drifts: places (x, y) of the
+    robot at each drift of the frame since the movers were told, the last one last. The manoeuvre
+    stays within the square of half width `d.reach`, so movers that cannot enter it are left out.
+    Returns a sentence where a mover may be at the robot.
     """
     # of either sign: a measurement from after the pose is off by as much
     age = abs(at - movers.stamp) / 1e9
     radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline  # reachable by now
+    radius = radius + _strayed(movers.places, drifts, d)
     away = np.abs(movers.places - pose[:2]).max(axis=1)
     if (away <= radius).any():
         return (
             f"who moves may be where the robot is: seen {age:.3g} s apart from its pose, within "
-            f"{rounded_up(radius, 4)} m by now"
+            f"{rounded_up(radius[away <= radius].max(), 4)} m by now"
         )
     obstacles, spans = list(ways), [None] * len(ways)
-    for place in movers.places[away <= d.reach + radius + d.mover_speed * time.t_f]:
-        disc = hpolytope(NORMALS, NORMALS @ place + radius)
+    near = away <= d.reach + radius + d.mover_speed * time.t_f
+    for place, size in zip(movers.places[near], radius[near], strict=True):
+        disc = hpolytope(NORMALS, NORMALS @ place + size)
         whole = (0, time.n_steps - 1)
         known = {"at": now, "every": EVERY, "off_by": d.mover_speed}
         parts, when = moving(disc, [0.0, 0.0], whole, time.dt, **known)
         obstacles += parts
         spans += when
     return obstacles, spans
+
+
+def _strayed(places: np.ndarray, drifts: Sequence[np.ndarray], d: Any) -> np.ndarray:
+    """(n,) [m] by which places (n, 2) are elsewhere after the frame has drifted."""
+    off = np.zeros(len(places))
+    for robot in drifts:
+        # Let x be a place and p the robot before a drift, x' and p' after it: by what drift and
+        # drift_heading bound, |p' - p| <= drift and x' = p' + R (x - p) with R of |angle| <=
+        # drift_heading. So |x' - x| <= drift + drift_heading |x - p|, where p lies within drift of
+        # p', the place of the robot that is known, and x within what drifts before this one did.
+        far = np.linalg.norm(places - robot, axis=1) + d.drift + off
+        off = off + d.drift + d.drift_heading * far
+    return off

@@ -4,6 +4,7 @@ python -m sims.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p leave:=
 """
 
 import dataclasses
+import os
 import sys
 
 import numpy as np
@@ -28,7 +29,7 @@ try:
     from rclpy.node import Node
     from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
     from sensor_msgs.msg import LaserScan
-    from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
+    from std_msgs.msg import Empty, Float64MultiArray, MultiArrayDimension, String
 except ImportError as error:
     ABSENT = (
         f"sims.ros: expected ROS 2; its package {error.name} is not here. Source your "
@@ -48,14 +49,16 @@ class PilotNode(Node):
 
     Parameters: model, radius or footprint, episode (a file that is written at the end),
     pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
-    `sims.driving.Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose in;
-    ~/manoeuvre (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped
-    at the knots), ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
+    `sims.driving.Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose, ~/restart
+    (Empty: the robot rests, and a person has looked `margin` around it) in; ~/manoeuvre
+    (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped at the knots),
+    ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
     """
 
     def __init__(self, **options):
         super().__init__("pilot", **options)
         self.episode = self._parameter("episode", "")
+        self._restarts = 0
         self.tolerance = self._parameter("tolerance", 0.2)
         self.pilot = Pilot(load(self._parameter("model", "")), self._robot(), self._driving())
         kind = self._parameter("pose_kind", "Odometry")
@@ -72,15 +75,20 @@ class PilotNode(Node):
         if self.pilot.driving.mover_radius:
             movers = self._heard(self.pilot.hear_movers)
             self.create_subscription(PoseArray, "movers", movers, qos_profile_sensor_data)
+        self.create_subscription(Empty, "~/restart", self._heard(self._on_restart), 1)
         self.create_subscription(KINDS[kind], "odom", self._heard(self._on_pose), 10)
         self.create_service(GetPlan, "~/plan", self._on_plan)
 
     def finish(self) -> None:
         """Write the episode, if there was one."""
-        pilot = self.pilot
-        if self.episode and pilot.driven:
-            about = {"drift": pilot.drift, "assumed": pilot.premises}
-            save_episode(self.episode, pilot.driven, **about)
+        self._save(self.pilot.driven)
+
+    def _save(self, driven) -> None:
+        """Write an episode; after restarts its file has their number in its name."""
+        pilot, (root, kind) = self.pilot, os.path.splitext(self.episode)
+        if self.episode and driven:
+            name = f"{root}_{self._restarts}{kind}" if self._restarts else self.episode
+            save_episode(name, driven, drift=pilot.drift, assumed=pilot.premises)
 
     def _heard(self, listen):
         """A callback that reports a refused message and goes on."""
@@ -113,6 +121,14 @@ class PilotNode(Node):
         self.statement.publish(String(data=self.pilot.statement(step)))
         if not self.episode:
             self.pilot.driven.clear()  # without a file they would only fill memory
+
+    def _on_restart(self, _) -> None:
+        before = self.pilot.driven
+        self.pilot.restart()
+        self._save(before)
+        if before:  # the next episode has a file of its own
+            self._restarts += 1
+        self.statement.publish(String(data="Restarted: what was seen is forgotten."))
 
     def _on_plan(self, request, response):
         """An empty path where nothing was proved."""

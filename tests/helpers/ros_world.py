@@ -17,7 +17,7 @@ from geometry_msgs.msg import Pose, PoseArray, PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from nav_msgs.srv import GetPlan
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Float64MultiArray, String
+from std_msgs.msg import Empty, Float64MultiArray, String
 
 POSTS = [(1.0, -0.4, 1.2, 0.3), (2.2, 0.3, 2.4, 0.9)]
 GOAL, NEAR = (3.2, 0.3), 0.4  # [m]
@@ -36,6 +36,7 @@ class World:
         self.odom = node.create_publisher(Odometry, "/odom", 10)
         self.goal = node.create_publisher(PoseStamped, "/goal_pose", 1)
         self.map = node.create_publisher(OccupancyGrid, "/map", KEPT)
+        self.restart = node.create_publisher(Empty, "/pilot/restart", 1)
         self.plan = node.create_client(GetPlan, "/pilot/plan")
         self.who = [float(word) for word in sys.argv[2:]]
         self.movers = node.create_publisher(PoseArray, "/movers", 1)
@@ -98,13 +99,13 @@ def stamp(message, at):
 
 
 def drive(world):
-    """Places at all knots, and whether the goal was reached."""
+    """Places at all knots, whether the goal was reached, and the time [ns]."""
     at, place, speed = 10**9, np.zeros(2), np.zeros(2)
     begun, knots, k = place, 12, [0.0] * 4
     track = [place.tolist()]
     for _ in range(KNOTS):
         if np.linalg.norm(place - GOAL) <= NEAR:
-            return track, True
+            return track, True, at
         before = len(world.heard["statements"])
         world.tell_movers(at)
         world.tell_pose(place, speed, at)
@@ -119,7 +120,18 @@ def drive(world):
             place, speed = sliding.after(begun, k, knots)
             track.append(place.tolist())
         at += STEP * round(sliding.DT * 1e9)
-    return track, False
+    return track, False, at
+
+
+def restart(world, place, at):
+    """Not before the last manoeuvre has come to rest."""
+    world.restart.publish(Empty())
+    world.until(lambda: any("restart: expected a robot" in s for s in world.heard["statements"]))
+    world.tell_pose(place, np.zeros(2), at + 2 * 10**9)
+    while not any(s.startswith("Restarted") for s in world.heard["statements"]):
+        before = len(world.heard["statements"])
+        world.restart.publish(Empty())  # refused until the pose is there, too
+        world.until(lambda n=before: len(world.heard["statements"]) > n)
 
 
 def main():
@@ -127,6 +139,7 @@ def main():
     world = World()
     world.until(lambda: world.odom.get_subscription_count() and world.map.get_subscription_count())
     world.until(lambda: world.plan.wait_for_service(0.0) and world.goal.get_subscription_count())
+    world.until(world.restart.get_subscription_count)
     world.tell_map("odom")
     world.until(lambda: any("frame 'map'; got 'odom'" in s for s in world.heard["statements"]))
     world.tell_map()
@@ -139,7 +152,8 @@ def main():
     proved = world.heard["statements"][-1]
     world.goal.publish(world.posed(*GOAL))
     world.until(lambda: world.heard["statements"][-1].startswith("The goal is"))
-    track, arrived = drive(world)
+    track, arrived, at = drive(world)
+    restart(world, track[-1], at)
     told = {
         "arrived": arrived,
         "track": track,

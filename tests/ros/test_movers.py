@@ -105,6 +105,19 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
 
 
 @pytest.mark.soundness
+def test_who_moves_is_told_anew_after_a_restart():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_movers(discs((2.5, 1.0)))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    one.hear_pose(sliding.odometry(rest, rest, 22 * 10**8))
+    one.restart()
+    step = one.hear_pose(sliding.odometry(rest, rest, 23 * 10**8))
+    assert step.reason == "nobody has said yet where those are who move"
+    one.hear_movers(discs((2.5, 1.0), at=23 * 10**8))
+    assert one.hear_pose(sliding.odometry(rest, rest, 24 * 10**8)).new
+
+
+@pytest.mark.soundness
 def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none():
     draw = np.random.default_rng(2)
     time, d, pose = model().time, driving(reach=2.0), np.zeros(3)
@@ -123,6 +136,49 @@ def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none()
         assert (rim @ part.A.T > part.b - 2e-9).any()
     near = Movers(10**9, np.array([[far - 0.01, 0.0]]))
     assert len(among(near, ("wall",), pose, 15 * 10**8, d, time, 0.5)[0]) == 1 + each
+
+
+def drifted(place, robot, off, turned):
+    """A place (2,) in a frame that has drifted: the robot, now told at `robot`, was told `off`."""
+    c, s = np.cos(turned), np.sin(turned)
+    return robot + np.array([[c, -s], [s, c]]) @ (place - (robot + off))
+
+
+@pytest.mark.soundness
+def test_outlines_hold_every_disc_wherever_the_frame_has_drifted():
+    """60 robots of a frame that drifts 6 cm touched 20 movers, who were where they were told."""
+    draw, time = np.random.default_rng(3), model().time
+    d = driving(sensor=(0.0, 0.0, 0.0), drift=0.06, drift_heading=0.04, mover_speed=0.0)
+    robots = [np.array([-0.5, 0.3]), np.zeros(2)]
+    for drifts in (robots[1:], robots):
+        for place in draw.uniform(0.8, 2.0, (20, 2)):
+            told = Movers(10**9, place[None])
+            (disc, *_), _ = among(told, (), np.zeros(3), 10**9, d, time, 0.0, drifts)
+            reached = []
+            for angle in np.linspace(0, 2 * np.pi, 65):
+                for turned in (-d.drift_heading, d.drift_heading):
+                    there, off = place, d.drift * np.array([np.cos(angle), np.sin(angle)])
+                    for robot in drifts:
+                        there = drifted(there, robot, off, turned)
+                    reached.append(disc.A @ there + RADIUS - disc.b)
+            assert -0.05 < np.max(reached) <= 0.0
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("told", "drifts"), [(12 * 10**8, 1), (9 * 10**8, 2)])
+def test_who_moves_may_be_off_by_each_drift_since_it_was_told(told, drifts):
+    off = {"sensor": (0.0, 0.0, 0.0), "drift": 0.05, "margin": 3.0, "mover_speed": 0.0}
+    one, rest, place = Pilot(model(), ROBOT, driving(**off)), np.zeros(2), (1.5, 1.2)
+    one.hear_goal(sliding.posed(*GOAL))
+    one.hear_movers(discs(place, at=9 * 10**8))
+    first = one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    assert first.new
+    one.hear_movers(discs(place, at=told))
+    step = one.hear_pose(sliding.odometry(*sliding.after(rest, first.committed.k, 4), 14 * 10**8))
+    asked = step.committed.asked.problem
+    pairs = zip(asked.obstacles, asked.all_spans, strict=True)
+    disc = next(one for one, span in pairs if span is not None)
+    assert step.new and np.max(disc.b - disc.A @ place) == pytest.approx(RADIUS + drifts * 0.05)
 
 
 @pytest.mark.parametrize(

@@ -121,6 +121,37 @@ def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):
     assert step.new
 
 
+@pytest.mark.soundness
+def test_a_newer_map_tells_where_the_manoeuvre_under_way_may_lead_into_what_came():
+    """It went on "with 0.659 m clear" into a pallet that the new map had."""
+    words = "the manoeuvre under way may lead where it is no longer known to be free"
+    for box, leads in (((0.55, -1.0, 0.9, 1.0), True), ((4.0, -1.0, 4.5, 1.0), False)):
+        one = pilot()
+        one.hear_map(sliding.map_of(sliding.hall()))
+        one.hear_goal(sliding.posed(3.0, 0.0))
+        first = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).committed
+        one.hear_map(sliding.map_of(sliding.hall([box])))
+        place = sliding.after(np.zeros(2), first.k, 4)
+        step = one.hear_pose(sliding.odometry(*place, 14 * 10**8))
+        assert (words in step.reason) == leads and step.new != leads
+        if leads:  # a map of elsewhere frees nothing
+            one.hear_map(sliding.map_of(sliding.hall(), origin=(50.0, 50.0)))
+            assert words in one.hear_pose(sliding.odometry(*place, 141 * 10**7)).reason
+
+
+@pytest.mark.soundness
+def test_a_map_that_is_older_than_the_one_that_is_known_is_refused():
+    one = pilot()
+    new, old = sliding.map_of(sliding.hall(POSTS)), sliding.map_of(sliding.hall())
+    new.header, old.header = (sliding.header(at * 10**9) for at in (20, 5))
+    one.hear_map(new)
+    with pytest.raises(InputError, match="map: expected stamps that do not fall; got 5000000000"):
+        one.hear_map(old)
+    known = one.map
+    one.hear_map(new)
+    assert one.map.free.sum() == known.free.sum() < map_in(old).free.sum()
+
+
 def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     one, rest = pilot(), np.zeros(2)
     one.hear_map(sliding.map_of(sliding.hall(POSTS)))
@@ -130,6 +161,10 @@ def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     said = one.statement(step)
     assert step.left and "its tube left by 0.1 s" in said and "m clear" not in said
     assert "`restart`" in said
+    with pytest.raises(InputError, match=r"restart: expected a robot at rest; .* for 1\.0\d* s"):
+        one.restart()  # the robot goes on to the rest of its manoeuvre
+    assert one.loop.under_way is not None and len(one.driven) == 1
+    one.hear_pose(sliding.odometry(np.array([0.0, 0.5]), rest, 22 * 10**8))
     one.restart()
     assert one.hear_pose(sliding.odometry(rest, rest, 3 * 10**9)).new and len(one.driven) == 1
 
@@ -153,6 +188,7 @@ def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
     scan = sliding.Some(
         header=sliding.header(15 * 10**8, "lidar"),
         angle_min=-np.pi,
+        angle_max=np.pi,
         angle_increment=2 * np.pi / 720,
         time_increment=0.0,
         range_min=0.05,
@@ -207,12 +243,85 @@ def test_nobody_looked_so_nothing_is_free_where_it_stands():
 def test_bad_parameters_are_refused():
     with pytest.raises(InputError, match="given: expected 2 numbers"):
         pilot(given=())
-    with pytest.raises(InputError, match="radius > 0 m"):
-        pilot(radius=0.0)
+    for radius in (0.0, np.nan, np.inf, "0.2", None):
+        with pytest.raises(InputError, match="radius > 0 m"):
+            pilot(radius=radius)
     with pytest.raises(InputError, match="reach: expected"):
         Driving(reach=-1.0)
     with pytest.raises(InputError, match="expected a model of the points"):
         Pilot(model(), pj.problem.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "words"),
+    [
+        (
+            [0.0, 0.0, 180.0],
+            r"a heading within a turn \[rad\]; got 180.0 rad\. Degrees are 3.14159 rad",
+        ),
+        ((0.2, 0.0), r"sensor: expected shape \(3,\); got \(2,\)"),
+        (("a", 0, 0), "sensor: expected numbers"),
+        ((0.0, np.nan, 0.0), "sensor: expected finite numbers"),
+    ],
+)
+def test_a_sensor_is_at_a_place_in_metres_with_a_heading_in_radians(sensor, words):
+    with pytest.raises(InputError, match=words):
+        Driving(sensor=sensor)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("name", ["drift", "drift_heading"])
+def test_a_map_is_not_driven_on_in_a_frame_that_drifts(name):
+    """Each manoeuvre would be off by what all before it have drifted."""
+    with pytest.raises(InputError, match=rf"{name}: .* got 0\.02\. Take poses localised .* sensor"):
+        Driving(**{name: 0.02})
+    listed = Driving(sensor=[0, 0.1, np.pi], **{name: 0.02})
+    assert listed.sensor == (0.0, 0.1, np.pi)
+
+
+def rectangle(length, width):
+    x, y = length / 2, width / 2
+    return pj.problem.read_footprint([[x, y], [x, -y], [-x, -y], [-x, y]])
+
+
+@functools.cache
+def of_rectangle():
+    """The platform with a body of 0.8 m x 0.24 m that never turns, from rest to rest."""
+    robot = rectangle(0.8, 0.24)
+    time = pj.learning.time_grid(dt=sliding.DT, t_f=1.2, dt_record=sliding.DT)
+    ways = np.kron(sliding.OF_COMMAND[:, None], np.tile(np.eye(2), (5, 1)))
+    net = pj.learning.relu_network([ways[2:]], [np.tile(robot.places.ravel(), 13)[2:]])
+    wide = np.full((1, 12, 10), 0.02)
+    tube = pj.learning.tube([[-1.0, 1.0]] * 2, wide, np.full((1, 10), 0.02), 5)
+    said = "the tests declare it", net, time
+    claim = pj.learning.declared_claim(tube, *said, points=robot.points)
+    return pj.learning.trajectory_model(net, claim)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("length", "width"), [(1.6, 0.48), (0.83, 0.24), (0.24, 0.8)])
+def test_a_footprint_that_the_model_was_not_learned_with_is_refused(length, width):
+    with pytest.raises(InputError, match="expected the footprint that the model was learned with"):
+        Pilot(of_rectangle(), rectangle(length, width))
+
+
+@pytest.mark.soundness
+def test_a_body_that_turned_away_from_runs_without_a_rotation_begins_nothing(monkeypatch):
+    """Its proof would be of the body along the frame's axes, and it stands across."""
+    loop = Some(given=(), under_way=None, go_on=lambda why, *_: why)  # compiles nothing
+    loop.step = lambda *_, **__: Some(new=False)
+    monkeypatch.setattr("sims.pilot.Loop", lambda *_, **__: loop)
+    one = Pilot(of_rectangle(), rectangle(0.8, 0.24))
+    one.hear_map(sliding.map_of(sliding.hall()))
+    one.hear_goal(sliding.posed(3.0, 0.0))
+    for at, yaw in enumerate((np.pi / 2, -0.1, np.pi), 1):
+        why = one.hear_pose(sliding.odometry([0, 0], [0, 0], at * 10**9, yaw=yaw))
+        assert "a point of the body, turned by" in why and "which has no rotation" in why
+    with pytest.raises(InputError, match="plan: expected a start with a way; a point of the body"):
+        one.plan(sliding.posed(0, 0, np.pi / 2), sliding.posed(0.4, 0.1), 0.1)
+    step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 4 * 10**9, yaw=0.04))  # in its tube
+    assert step is not None and step.new is False
+    assert "the heading of a pose is only compared with that of its runs" in one.assumed
 
 
 def test_the_guide_goes_around_what_is_in_the_way():

@@ -44,6 +44,7 @@ def scan(world, path, at, each=0.0, frame="lidar"):
     return sliding.Some(
         header=sliding.header(at, frame),
         angle_min=ANGLES[0],
+        angle_max=ANGLES[-1],
         angle_increment=ANGLES[1] - ANGLES[0],
         time_increment=each,
         range_min=0.0,
@@ -150,7 +151,7 @@ def test_scans_wait_for_their_pose_in_turn_and_without_any_nothing_new_begins():
     late.hear_scan(scan([], still, at - 1))
     late.hear_pose(sliding.odometry([0, 0], [0, 0], at + CYCLE))
     assert "older than all poses, and is not used" in late.said
-    assert "no pose was heard yet" in Pilot(model(), RADIUS, one.driving)._stale()
+    assert "no pose was heard yet" in Pilot(model(), RADIUS, one.driving).memory.stale
     with pytest.raises(InputError, match="whose pose it is"):
         other = sliding.odometry([0, 0], [0, 0], at + 2 * CYCLE)
         other.child_frame_id = "mast"
@@ -187,19 +188,97 @@ def test_a_scan_that_is_heard_after_a_manoeuvre_began_has_drifted_as_all_before_
     one.hear_goal(sliding.posed(1.8, 0.0))
     one.hear_scan(scan([], lambda _: rest, 10**9))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
-    one.seen = None  # what the scan alone frees
-    one._begun = 11 * 10**8  # as if another one had begun meanwhile
+    one.memory.seen = None  # what the scan alone frees
+    one.memory.begun = 11 * 10**8  # as if another one had begun meanwhile
     one.hear_scan(scan([], lambda _: rest, 105 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
     x0, _, x1, _ = one.seen.region.bounds
     assert (x1 - x0) / 2 == pytest.approx(5.92 - taken, abs=0.01)
-    one._before = 115 * 10**7  # drifted twice since, whatever restarts
-    one._begun = None
-    one.restart()
-    assert one.hear_pose(sliding.odometry(rest, rest, 125 * 10**7)).new
+    one.memory.before = 115 * 10**7  # drifted twice since
     one.hear_scan(scan([], lambda _: rest, 106 * 10**7))
     one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
     assert "a scan was 0.24 s old, which is too old, and is not used" in one.said
+
+
+@pytest.mark.soundness
+def test_a_restart_forgets_what_was_seen_where_the_frame_was():
+    """Wheels slip by 0.5 m: what was free behind the robot is a wall where it is told to be now."""
+    one, rest, jumped = pilot(drift=0.01), np.zeros(2), np.array([0.5, 0.0])
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
+    assert one.hear_pose(sliding.odometry(jumped, rest, 11 * 10**8)).left
+    with pytest.raises(InputError, match=r"plan: .* may have led; .* call `restart` first"):
+        one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
+    one.hear_pose(sliding.odometry(jumped, rest, 22 * 10**8))
+    one.hear_scan(scan([], lambda _: rest, 225 * 10**7, each=1e-3))  # waits
+    one.restart()
+    with pytest.raises(InputError, match="expected a start with a way; no scan of the last"):
+        one.plan(sliding.posed(*jumped), sliding.posed(0.2, 0.0), 0.1)
+    one.hear_pose(sliding.odometry(jumped, rest, 24 * 10**8))
+    one.hear_pose(sliding.odometry(jumped, rest, 27 * 10**8))
+    assert "older than all poses, and is not used" in one.said
+    looked = shapely.Point(jumped).buffer(RADIUS + 0.3, quad_segs=64)
+    assert looked.contains(one.seen.region) and one.seen.region.area > 0.95 * looked.area
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(("moved", "forgets"), [(0.12, False), (0.2, True)])
+def test_what_was_seen_is_forgotten_where_others_move_the_robot_in_a_frame_that_drifts(
+    moved, forgets
+):
+    """A joystick before the first goal: nothing bounds the drift. Errors of poses are no motion."""
+    one, rest = pilot(drift=0.01, uncertainty_start=0.05), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    for i in range(1, 5):  # in small parts, of which none is motion
+        assert one.seen.region.area > 50.0 and not one.said
+        one.hear_scan(scan([], lambda _: rest, 10**9 + i * 10**8 - 5 * 10**7))
+        one.hear_pose(sliding.odometry([moved * i / 4, 0.0], rest, 10**9 + i * 10**8))
+    assert ("no manoeuvre is under way" in one.said) == forgets
+    body = shapely.Polygon(one.outline.at(one.pose))  # nobody has looked around it meanwhile
+    assert body.buffer(1e-6).contains(one.seen.region) == forgets
+    one.hear_scan(scan([], lambda _: rest, 15 * 10**8))
+    one.hear_pose(sliding.odometry([moved, 0.0], rest, 15 * 10**8))
+    assert one.seen.region.area > 50.0 and not one.said
+
+
+@pytest.mark.parametrize("drift", [{"drift": 0.01}, {"drift_heading": 1e-3}])
+def test_what_a_pose_at_rest_jitters_is_no_motion(drift):
+    """Poses of odometry whose errors nobody told: the robot would never see anything."""
+    one, rest = pilot(**drift), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    for i, off in enumerate((0.0, 0.002, -0.002)):
+        one.hear_pose(sliding.odometry([off, 0.0], rest, 10**9 + i * 10**8, yaw=off))
+        assert one.seen.region.area > 50.0 and not one.said
+
+
+def test_after_a_joystick_a_lidar_that_sees_half_is_told_how_to_begin_again():
+    """Nobody has seen what is behind the robot where the joystick has left it."""
+    one, rest, there = pilot(drift=0.01), np.zeros(2), np.array([0.3, 0.0])
+
+    def half(at):
+        found = scan([], lambda _: there, at)
+        found.ranges = np.where(np.abs(ANGLES) < 2.3, found.ranges, 0.0)
+        return found
+
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_pose(sliding.odometry(there, rest, 11 * 10**8))
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(half(12 * 10**8))
+    reason = one.hear_pose(sliding.odometry(there, rest, 12 * 10**8)).reason
+    assert "bring it to rest, look `margin` around it, which is 0.3 m, and `restart`" in reason
+    one.restart()
+    one.hear_scan(half(13 * 10**8))
+    assert one.hear_pose(sliding.odometry(there, rest, 13 * 10**8)).new
+
+
+def test_in_a_frame_that_keeps_what_was_seen_stays_whoever_drives():
+    one, rest = pilot(), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_pose(sliding.odometry([0.4, 0.0], rest, 11 * 10**8))
+    assert one.seen.region.area > 50.0
 
 
 def test_a_scan_from_before_something_was_forgotten_is_not_used():
@@ -219,7 +298,7 @@ def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():
     one.hear_scan(scan([], lambda _: rest, 10**9))
     assert one.hear_pose(sliding.odometry(rest, rest, 10**9)).new
     bad = scan([], lambda _: rest, 11 * 10**8)
-    bad.ranges = bad.ranges[:1]
+    bad.ranges, bad.angle_max = bad.ranges[:1], bad.angle_min
     one.hear_scan(bad)
     step = one.hear_pose(sliding.odometry(np.array([0.0, 2.0]), rest, 12 * 10**8))
     assert step.left and "a scan is not used: " in one.said
@@ -243,6 +322,24 @@ def test_scans_of_another_sensor_or_without_a_clock_are_refused():
             one.hear_scan(scan([], still, 10**9 + 1, each))
 
 
+@pytest.mark.soundness
+@pytest.mark.parametrize(("of", "taken"), [(2, False), (3, False), (1, True)])
+def test_ranges_that_are_not_of_the_angles_are_refused(of, taken):
+    """A filter kept every second one and the old increment: posts were seen at half their angle."""
+    one, thinned = pilot(), scan([], lambda _: np.zeros(2), 10**9)
+    thinned.ranges = thinned.ranges[::of]
+    if taken:  # drivers tell the last beam, or where the next one would be
+        for at, more in enumerate((0.0, 1.0, -1.0), 1):
+            thinned.header = sliding.header(at * 10**9, "lidar")
+            thinned.angle_max = np.float32(ANGLES[-1] + more * thinned.angle_increment)
+            one.hear_scan(thinned)
+        return
+    with pytest.raises(InputError, match="scan: expected ranges from angle_min"):
+        one.hear_scan(thinned)
+    thinned.angle_increment *= of
+    one.hear_scan(thinned)
+
+
 def test_a_scan_that_lies_ahead_does_not_wait_until_the_robot_is_elsewhere():
     """Nine of nine robots drove into a wall that they had seen from another place."""
     one, at, rest = pilot(), 10**9, np.zeros(2)
@@ -253,10 +350,10 @@ def test_a_scan_that_lies_ahead_does_not_wait_until_the_robot_is_elsewhere():
     early.hear_scan(scan([], lambda _: rest, 5 * at))
     early.hear_pose(sliding.odometry(rest, rest, at))
     early.hear_pose(sliding.odometry(rest, rest, 6 * at))
-    assert early._added is None and one._added is None
+    assert early.memory.added is None and one.memory.added is None
     early.hear_scan(scan([], lambda _: rest, 6 * at))
     early.hear_pose(sliding.odometry(rest, rest, 61 * 10**8))
-    assert early._added == 6 * at
+    assert early.memory.added == 6 * at
 
 
 def test_a_pose_that_jumps_begins_nothing_and_drift_is_a_parameter():
@@ -328,7 +425,7 @@ def test_a_frame_that_turns_loses_more_of_what_is_far_away():
     one.hear_scan(scan(walls, lambda _: np.zeros(2), 10**9))
     assert one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9)).new
     assert not one.seen.region.intersects(shapely.box(1.36, -3.0, 1.6, 3.0))
-    assert one.drift == pytest.approx(0.1 * np.linalg.norm(one.outline, axis=1).max())
+    assert one.drift == pytest.approx(0.1 * np.linalg.norm(one.outline.corners, axis=1).max())
 
 
 CHANGED = {
@@ -372,6 +469,17 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
     assert all([name, "assumed", value] in told for name, value in one.premises.items())
 
 
+def test_stairs_on_a_map_are_no_obstacle_beside_a_lidar_and_the_statement_says_so():
+    words, rest = "a map only guides: what stands on it alone is no obstacle", np.zeros(2)
+    one = pilot()
+    one.hear_map(sliding.map_of(sliding.hall([(0.5, -1.4, 1.4, 1.4)])))
+    one.hear_goal(sliding.posed(2.5, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    step = one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    assert step.new and words in one.statement(step)
+    assert words not in Driving(leave=0.4, given=GIVEN).premises["what stands"]
+
+
 def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_stands():
     """A first scan sees all; later ones see only half; no place stays for longer than 2 s."""
     one, half, still = pilot(age=2.0), shapely.box(-0.5, 0.5, 0.5, 0.6), lambda _: np.zeros(2)
@@ -385,7 +493,7 @@ def test_what_was_not_seen_for_its_age_is_not_free_any_more_but_where_the_body_s
     for tenth in (41, 52):  # no scan any more
         assert one.seen.region.area > 10.0
         one.hear_pose(sliding.odometry([0, 0], [0, 0], tenth * 10**8))
-    body = shapely.Polygon(one.outline)
+    body = shapely.Polygon(one.outline.corners)
     assert body.buffer(1e-6).contains(one.seen.region) and one.seen.region.area > 0.9 * body.area
 
 
@@ -404,6 +512,7 @@ def seen_after(second):
 NEXT = {
     "header": lambda _: sliding.header(11 * 10**8, "other"),
     "angle_min": lambda x: x + 0.1,
+    "angle_max": lambda x: x - 0.1,
     "angle_increment": lambda x: 0.9 * x,
     "time_increment": lambda _: 1e-3,
     "range_min": lambda _: 0.2,
@@ -421,7 +530,8 @@ def test_a_scan_and_the_next_agree_in_every_field_or_free_something_else(field):
     try:
         after = seen_after(second)
     except InputError as error:
-        assert "of the sensor whose place was told: expected premises that agree" in str(error)
+        agree = "of the sensor whose place was told: expected premises that agree"
+        assert agree in str(error) or "scan: expected ranges from angle_min" in str(error)
     else:
         assert field in ("ranges", "time_increment") and not after.equals(before)
 
