@@ -213,7 +213,7 @@ CLAIMED = (
     Fault(
         "risk_of_a_set_without_its_share",
         "density_of_share",
-        "return whole / share",
+        "return whole / exact",
         "return whole",
         "tests/claim/test_claim.py::test_risk_of_a_set_a_density_and_a_point",
     ),

@@ -78,10 +78,11 @@ class Shield(gymnasium.Wrapper):
     `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
     to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
     False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
-    `left_at_end`, the same where the episode ends, None with a `reason` if its pose is not sensed;
-    `commitments`: of this episode. Raises InputError for arguments that do not belong together, and
-    in `reset` where no stop is certified. An action that is none, or cannot be asked for or driven,
-    and sensing that fails or leads out of the tube, end in the stop under way, with a sentence.
+    `left_at_end`, the same where the episode ends, after a whole `every`, None with a `reason` if
+    its pose is not sensed. `commitments`: of this episode. Raises InputError for arguments that do
+    not belong together, and in `reset` where no stop is certified. An action that is none, or
+    cannot be asked for or driven, and sensing that fails or leads out of the tube, end in the stop
+    under way, with a sentence.
     """
 
     __passing__ = ("commitments", "_observation", "_last", "_steps", "_left")  # of an episode

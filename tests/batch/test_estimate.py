@@ -60,6 +60,19 @@ def test_a_rough_look_keeps_the_best(rng, fitted):
     assert np.isinf(without).all()
 
 
+@pytest.mark.parametrize("fitted", [False, True])
+def test_a_rough_look_is_traced_in_a_search(rng, fitted):
+    """A batch ended in a TracerArrayConversionError: of several points, under a tube of boxes."""
+    model = points_model(rng, fitted=fitted)
+    obstacles = scene_of(points_problem(rng, model), model).obstacles
+    path = jnp.zeros((3, model.n_c, model.time.n_steps + 1), jnp.float32)
+
+    def look(path, bins):
+        return estimate_roughly(obstacles, path, along_fan(model.tube).of(bins))
+
+    assert jax.eval_shape(look, path, jnp.zeros(3, int)).shape == (3,)
+
+
 def test_what_faces_take_along_the_fan_is_worked_out_once(rng):
     tube = points_model(rng, m=3, T=5, fitted=True).tube
     table = along_fan(tube).lost

@@ -170,9 +170,12 @@ def test_a_start_of_which_nothing_is_measured_is_said_to_be_that_of_the_runs(tmp
     for given in ((1,), ()):
         loop = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=given)
         one = loop.step([0.0, 0.0], [0.0] * len(given), [], lambda seen: seen.k[:, 0]).committed
-        file = json.loads(pj.drive.save_episode(tmp_path / "drive.json", [one]).read_text())
+        path = pj.drive.save_episode(tmp_path / "drive.json", [one], assumed={"start": "level"})
+        file = json.loads(path.read_text())
         assert checker.check_episode(file, allowance_of).manoeuvres == 1
-        said = {name: value for name, _, value in file["premises"]}.get("start", "")
+        told = {name: value for name, _, value in file["premises"]}
+        said = told.get("START", "")
+        assert told["start"] == "level"  # what the user assumes of it stands beside it
         begins = "each manoeuvre begins as the model's runs did"
         assert (begins in said) == (begins in one.loop) == (not given)
         assert any(begins in text for text in one.certificate()["meta"]["rests_on"]) == (not given)

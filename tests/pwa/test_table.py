@@ -81,7 +81,7 @@ def test_locate_on_vertices_facets_and_outside(table):
             assert (region.A @ point <= region.b + 1e-12).all()
     assert table.locate(table.domain.hi + 1e-9) == -1
     assert table.locate(np.full((2, 3, table.net.n_in), 50.0)).tolist() == [[-1] * 3] * 2
-    with pytest.raises(InputError, match="entries last"):
+    with pytest.raises(InputError, match="expected k of "):
         table.locate(np.zeros(table.net.n_in + 1))
 
 

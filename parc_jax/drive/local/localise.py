@@ -63,7 +63,7 @@ class Local(Sizing, Training):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0 < self.share <= 1:
-            raise InputError(f"local claim: expected a share between 0 and 1; got {self.share}.")
+            raise InputError(f"local claim: expected a share of K in (0, 1]; got {self.share}.")
 
 
 class Driven(NamedTuple):

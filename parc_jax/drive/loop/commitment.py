@@ -113,7 +113,7 @@ class Commitment:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
         asked, pose = self.asked, self.asked.pose
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
-        told = [f"start {START}"] * ("start" in self.untold)
+        told = [f"start {START}"] * ("START" in self.untold)
         told += [f"its command is given {self.command}"] * bool(self.command)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
@@ -139,7 +139,7 @@ class Commitment:
     def untold(self) -> dict[str, str]:
         """What of its begin nothing tells, by name: it is assumed to be that of the runs."""
         told = {"heading": HEADING} if self.asked.pose.heading is None else {}
-        return told if self.given else told | {"start": START}
+        return told if self.given else told | {"START": START}
 
     @property
     def loop(self) -> str:
@@ -150,7 +150,7 @@ class Commitment:
             f"a body of {'; '.join(shared['body'])}",
         ]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
-        by += [f"{name} {told}" for name, told in self.untold.items()]
+        by += [f"{name.lower()} {told}" for name, told in self.untold.items()]
         by += [shared["command"], f"premises {shared.hash[:12]}"]
         return ", ".join([model.system or "unnamed system", *filter(None, by)])
 

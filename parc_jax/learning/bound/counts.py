@@ -216,7 +216,6 @@ def density_of(given: float | Fraction) -> Fraction:
 
 def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
-    share = as_fraction("share", share)
-    if not 0 < share <= whole:
-        raise InputError(f"risk: expected a share in (0, {float(whole):g}]; got {float(share):g}.")
-    return whole / share
+    if not 0 < (exact := as_fraction("share", share)) <= whole:
+        raise InputError(f"risk: expected a share of K in (0, {float(whole):g}]; got {share}.")
+    return whole / exact

@@ -45,10 +45,10 @@ class Reach:
             return self.lost[number, self.bin, point]
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
 
-    def during(self, intervals: Int[ArrayLike, " s"]) -> "Reach":
-        """Restriction to intervals, on the host."""
+    def during(self, intervals: Int[ArrayLike, " s"], xp=np) -> "Reach":
+        """Restriction to intervals, on the host; in a kernel with jax.numpy as xp."""
         both = self.half, self.lost
-        half, lost = (None if x is None else np.asarray(x)[..., intervals] for x in both)
+        half, lost = (None if x is None else xp.asarray(x)[..., intervals] for x in both)
         return self.replace(half=half, lost=lost)
 
 

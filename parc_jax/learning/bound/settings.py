@@ -47,7 +47,7 @@ class Bounded:
         (value,) = vars(self).values()
         bound = np.asarray(value, np.float64)
         if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
-            raise InputError(f"{self.word} bound: expected a number >= 0, or {n_p}; got {value}.")
+            raise InputError(f"{self.word} bound: expected 1 or {n_p} numbers >= 0; got {value}.")
         return np.tile(np.broadcast_to(bound, (n_p,)), n_points) * h**self.order
 
     def term(self, h: float, n_p: int, n_points: int = 1) -> np.ndarray:

@@ -214,7 +214,7 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
     if start is None:
         return unsaid
     if not isinstance(start["gap"], str):
-        raise InputError("claim: expected the gap as text; got a number, an old form. Bound anew.")
+        raise InputError("claim: expected its start's gap as text; got a number. Bound anew.")
     return float.fromhex(start["gap"])
 
 

@@ -38,7 +38,7 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
     """Rescale the axes so that errors mean the same along each. Raises InputError."""
     check_kind("domain", domain, Box)
     if domain.n != net.n_in:
-        raise InputError(f"domain: expected {net.n_in} dimensions, as inputs; got {domain.n}.")
+        raise InputError(f"domain: expected {net.n_in} dimensions, as the network; got {domain.n}.")
     if not (domain.lo < domain.hi).all():
         raise InputError(f"domain: expected a box with interior; got {domain.lo} to {domain.hi}.")
     rows = from_box(domain)

@@ -191,7 +191,7 @@ class RegionTable:
         """
         k = np.asarray(k, np.float64)
         if k.shape[-1:] != (self.net.n_in,):
-            raise InputError(f"locate: expected {self.net.n_in} entries last; got shape {k.shape}.")
+            raise InputError(f"locate: expected k of {self.net.n_in} entries; got shape {k.shape}.")
         flat = k.reshape(-1, self.net.n_in)
         inside = self.domain.contains(flat)
         number = np.full(len(flat), -1)
