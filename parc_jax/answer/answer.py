@@ -124,9 +124,7 @@ class Answer:
 
     @property
     def coverage(self) -> Coverage:
-        """Share of the model's safe set that the corridors hold: estimate, lower confidence bound,
-        counts behind them.
-        """
+        """Share of the model's safe set that the corridors hold: estimate, lower bound, counts."""
         return self.cover.coverage
 
     @property

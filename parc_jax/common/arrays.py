@@ -42,8 +42,7 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     if not np.isfinite(array).all():
         bad = int(np.size(array) - np.isfinite(array).sum())
         raise InputError(
-            f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data "
-            "first."
+            f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data."
         )
     array.setflags(write=False)
     return array

@@ -125,6 +125,27 @@ def test_draws_may_be_printed_with_few_decimals(decimals, tmp_path):
         assert repeated(runs, marks_by_k(runs.k[:200])).sum() >= 200
 
 
+def test_draws_may_be_told_in_other_units_or_in_single_precision():
+    """Tenths of a degree told in rad, counts of an encoder, floats that are finer towards 0."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        for n in (50, 1000):
+            turn = np.deg2rad(np.round(rng.uniform(-30.0, 30.0, n), 1))
+            counts = 0.0127 * np.round(rng.uniform(-118.0, 118.0, n) / 0.5) * 0.5
+            k, edge = np.column_stack([turn, counts]), np.array([np.deg2rad(30.0), 0.0127 * 118])
+            check_uniform("log", k, box(-edge, edge))
+            check_uniform("log", np.float32(k), box(-edge - 1e-6, edge + 1e-6))
+        single = rng.uniform(0.0, 1.0, (20_000, 1)).astype(np.float32)
+        check_uniform("log", single, box([0.0], [1.0]))
+        six = np.round(rng.uniform([0.5, -0.6], [2.0, 0.6], (5000, 2)), 6).astype(np.float32)
+        check_uniform("log", six, box([0.499999, -0.600001], [2.000001, 0.600001]))
+        with pytest.raises(InputError, match=r"rows repeat|as on a grid"):
+            check_uniform("log", np.tile(k[:100], (10, 1)), box(-edge, edge))
+    with pytest.raises(InputError, match="as on a grid"):  # 60 choices of the one of two
+        k = np.column_stack([rng.choice(np.linspace(-3, 3, 60), 400), drawn(400)[:, 1]])
+        check_uniform("log", k, K)
+
+
 def test_only_recordings_are_taken_as_independent():
     """Ten rows of a recording that drift from its first k say nothing against 40 uniform ones."""
     first = drawn(40)

@@ -157,8 +157,7 @@ def _in_space(points: np.ndarray, name: str) -> np.ndarray:
     hull = convex_hull(points)
     if hull is None:
         raise InputError(
-            f"{name}: expected a hull with volume; these vertices are flat, or too nearly so. Give "
-            "it some thickness."
+            f"{name}: expected a hull with volume; its vertices are flat or nearly so. Thicken it."
         )
     return np.unique(hull.equations[:, :-1] + 0.0, axis=0)
 

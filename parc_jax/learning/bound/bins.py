@@ -57,8 +57,7 @@ class Binned:
             if outside.any():
                 row = int(np.argmax(outside))
                 raise InputError(
-                    f"bins: k row {row} = {k[row]} falls in no bin; axis {axis}: [{edge[0]}, "
-                    f"{edge[-1]}]."
+                    f"bins: k row {row} = {k[row]} falls in no bin of axis {axis}, {edge[[0, -1]]}."
                 )
         return closed_bins(self.edges, k)
 

@@ -74,7 +74,7 @@ def declared_claim(
     """
     if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
         raise InputError(
-            f"declared_claim: expected a Tube and words; got {type(tube).__name__} and {why!r}."
+            f"declared_claim: expected a Tube and a reason; got {type(tube).__name__} and {why!r}."
         )
     domain = box([e[0] for e in tube.edges], [e[-1] for e in tube.edges])
     return error_claim(

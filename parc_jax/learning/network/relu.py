@@ -103,7 +103,7 @@ def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(No
 
 # [1] largest difference of folded and unfolded outputs, relative to their size
 FOLD_RELATIVE = 1e-10
-STILL = 1e-6  # [size] a parameter that varies by less is constant but for rounding
+STILL = 1e-6  # [size] a parameter that varies by less, as of a rounding, would be lost by `fold`
 
 
 class Normalisation(NamedTuple):
@@ -126,7 +126,7 @@ class Normalisation(NamedTuple):
             axis = int(np.argmax(still))
             named = f"axis {axis} ({names[axis]})" if names else f"axis {axis}"
             raise InputError(
-                f"train: expected every parameter to vary; {named} is constant. Leave it out of k."
+                f"train: expected k to vary; {named} is constant. Leave it out, or shift its zero."
             )
         spread = y.std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)

@@ -115,8 +115,7 @@ def _check(train: RolloutBatch, usable: np.ndarray, which: str) -> None:
     still = train.domain.hi <= train.domain.lo
     if still.any():
         raise InputError(
-            f"prior: expected every parameter to vary; axis {int(np.argmax(still))} is constant. "
-            "Leave it out of k."
+            f"prior: expected every parameter to vary; axis {still.argmax()} is constant. Omit it."
         )
 
 

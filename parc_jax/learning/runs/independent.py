@@ -1,9 +1,7 @@
 """Tests of recorded runs as independent draws: copies up to storage and printing, and k that are
-declared uniform on K.
+declared uniform on K, tested by repeated k, ranges, correlations, corners of K that are left out.
 
-A claim about uniform k speaks of shares of K, so the declaration is tested: repeated k, the range
-of every parameter, correlated pairs of parameters, corners of K that are left out. A log that
-passes is not refuted; nothing here shows that k is uniform.
+A log that passes is not refuted; nothing here shows that k is uniform.
 """
 
 import itertools
@@ -81,6 +79,7 @@ LEAST = 20  # draws: with fewer nothing is tested
 CELLS = 10  # equal parts of a range, fewer where a part would expect less than LEAST / 2 draws
 SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
 FEWEST = 25  # values of a parameter that are the decimals of draws; fewer are choices
+MANY = 200  # the same of steps of other sizes, as of degrees told in rad
 FINEST = 2.0**23  # values that a generator of random numbers in single precision has
 Chance = tuple[float, str]  # p-value of a test for uniform k, and its result in words
 
@@ -104,12 +103,12 @@ def check_uniform(
     told = ((drawn - domain.lo)[:, wide]) / (domain.hi - domain.lo)[wide]
     if len(told) < LEAST:
         return
-    steps = values_of(drawn, domain)[wide]
+    steps, rounded = (part[wide] for part in values_of(drawn, domain))
     # rounded draws, moved by what rounding may have moved them, are uniform again
     u = told + (np.random.default_rng(0).random(told.shape) - 0.5) / steps
     u = 1 - np.abs(1 - np.abs(u))
     kinds = [list(test(u, names)) for test in (_ranges, _pairs, _corners)]
-    kinds = [kind for kind in (*kinds, list(_repeats(told, names, steps))) if kind]
+    kinds = [kind for kind in (*kinds, list(_repeats(told, names, steps, rounded))) if kind]
     scaled = ((chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind)
     chance, said = min(scaled, default=(1.0, ""))
     if chance <= level:
@@ -120,23 +119,32 @@ def check_uniform(
         )
 
 
-def values_of(k: np.ndarray, domain: Box) -> np.ndarray:
-    """(n_k,) most values in a domain of k (n, n_k) as stored, or with the few decimals all have."""
+def values_of(k: np.ndarray, domain: Box) -> tuple[np.ndarray, np.ndarray]:
+    """(n_k,) most values of k (n, n_k) in a domain, as stored or rounded; (n_k,) bool: rounded."""
     stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
     width = 2 * domain.radius
     fine = np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored)).astype(float)
-    step = fine
+    step = np.array([_step(*axis) for axis in zip(k.T, fine, width, strict=True)])
     for size in 10.0 ** np.arange(-12, 7):
-        even = (np.abs(k / size - np.round(k / size)) < 0.01).all(axis=0)
-        step = np.where(even & (size > fine) & (FEWEST * size <= width), size, step)
-    return np.maximum(width / step, 1.0)
+        even = (np.abs(k - size * np.round(k / size)) < 0.01 * size + fine / 2).all(axis=0)
+        even &= (size > np.maximum(step, 4 * fine)) & (FEWEST * size <= width)
+        step = np.where(even, size, step)
+    return np.maximum(width / step, 1.0), step > fine
+
+
+def _step(x: np.ndarray, fine: float, width: float) -> float:
+    """Largest step of which x (n,) differ by multiples, by Euclid; `fine` where none is seen."""
+    gaps, near, step = np.diff(np.unique(x)), max(1e-7 * width, 256 * fine), width
+    while (rest := np.abs(gaps - step * np.round(gaps / step))).max(initial=0.0) > near:
+        step = rest[rest > near].min()
+    return step if 20 * near <= step <= width / MANY and len(gaps) > CELLS else fine
 
 
 def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:
     """Bound on equal pairs of k (n, n_k) uniform on a domain, in the resolution they stand in."""
     from scipy.stats import poisson
 
-    values = float(values_of(k, domain).prod())
+    values = float(values_of(k, domain)[0].prod())
     # of few values the tail is that of chi-square, which is heavier
     heavier = -np.log(REPEATS) * np.sqrt(2 * pairs) / values
     return float(poisson.isf(REPEATS, pairs / values) + heavier)
@@ -189,7 +197,7 @@ def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
         yield float(poisson.cdf(pairs, (n - 1) / 2 / (0.97 + 1.3 / n))), said
 
 
-def _repeats(told: np.ndarray, names: list[str], values: np.ndarray) -> Iterator[Chance]:
+def _repeats(told, names: list[str], values: np.ndarray, rounded) -> Iterator[Chance]:
     """Equal values of a parameter, too many, and equal rows, too few, of u as told in the log."""
     from scipy.stats import chi2, poisson
 
@@ -200,9 +208,10 @@ def _repeats(told: np.ndarray, names: list[str], values: np.ndarray) -> Iterator
         far = (pairs - due) / np.sqrt(due / (2 * least)) + least
         chance = max(poisson.sf(pairs - 1, due), chi2.sf(far, least))
         yield float(chance), f"{name} has only {some:,} values in {n:,} draws, as on a grid"
-    pairs, due = _equal(told), n * (n - 1) / 2 / float((values + 1).prod())
-    said = f"only {pairs:,} pairs of {n:,} draws are equal, more even than draws"
-    yield float(poisson.cdf(pairs, due)), f"{said} of so few decimals"
+    if rounded.all():  # floats are finer towards 0, so that fewer are due
+        pairs, due = _equal(told), n * (n - 1) / 2 / float((values + 1).prod())
+        said = f"only {pairs:,} pairs of {n:,} draws are equal, more even than draws"
+        yield float(poisson.cdf(pairs, due)), f"{said} of so few decimals"
 
 
 def _equal(x: np.ndarray) -> int:

@@ -112,11 +112,9 @@ def law_spec(
     generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None
 ) -> LawSpec:
     """The law of a named generator over K = domain, with the parameters of its disturbances."""
-    pairs = tuple(
-        sorted((str(name), told_whole(value)) for name, value in (parameters or {}).items())
-    )
+    told = ((str(name), told_whole(value)) for name, value in (parameters or {}).items())
     lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
-    return LawSpec(generator, pairs, k_law, lo, hi)
+    return LawSpec(generator, tuple(sorted(told)), k_law, lo, hi)
 
 
 def told_of_part(law: LawSpec) -> LawSpec:

@@ -44,16 +44,16 @@ def load_rollouts(
             p where there is one point.
     time: the record grid of the runs; needed for all but those. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
-    then about runs whose k lies in it. k_law: "logged", or
-    "uniform" where the k are known to be independent uniform draws from `domain`, which must then
-    be given, and which the k may refute (`check_uniform`); a claim speaks of shares of K only
-    then. groups: (n,) which recording each row was cut from, numbers or names; rows of one
-    recording are not independent, and count as one. points: names of the m reference points; a
-    table with a column per coordinate (CSV) has them point by point: x, y of the first, x, y
-    of the second. Positions are made relative to where the first point of each run starts.
-    rotation: declared behaviour of the heading, as of a system. labels: names of coordinates,
-    as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
-    that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
+    then about runs whose k lies in it. k_law: "logged", or "uniform" where the k are known to be
+    independent uniform draws from `domain`, which must then be given, and which the k may refute
+    (`check_uniform`); a claim speaks of shares of K only then. groups: (n,) which recording each
+    row was cut from, numbers or names; rows of one recording are not independent, and count as one.
+    points: names of the m reference points; a table with a column per coordinate (CSV) has them
+    point by point: x, y of the first, x, y of the second. Positions are made relative to
+    where the first point of each run starts. rotation: declared behaviour of the heading, as of a
+    system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; they go before those of
+    the file. given: parameters that are measured at the start of a run and not chosen, by name or
+    number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)

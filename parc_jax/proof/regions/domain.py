@@ -55,8 +55,7 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
     )
     if largest > LARGEST_WEIGHT:
         raise InputError(
-            f"network: expected weights up to {LARGEST_WEIGHT:g}; got {largest:g}. Rescale its "
-            "neurons."
+            f"network: expected weights up to {LARGEST_WEIGHT:g}; got {largest:g}. Rescale neurons."
         )
     return UnitProblem(
         scale=scale,
