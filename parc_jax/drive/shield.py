@@ -249,9 +249,7 @@ class Shield(gymnasium.Wrapper):
         return step, True
 
     def _left_at_end(self, observation: Any, now: float) -> tuple[bool | None, str]:
-        """Whether the last pose is outside of the tube under way, None where that has been told or
-        is not known, and why it is not.
-        """
+        """Is the last pose outside of the tube under way? None where told or not known; why not."""
         shape = self.commitments[-1].asked.pose.values.shape
         try:
             seen = self._sensed(observation)

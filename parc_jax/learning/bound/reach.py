@@ -45,9 +45,9 @@ class Reach:
             return self.lost[number, self.bin, point]
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
 
-    def during(self, intervals: Int[ArrayLike, " s"], xp=np) -> "Reach":
-        """Restriction to intervals, on the host; in a kernel with jax.numpy as xp."""
-        both = self.half, self.lost
+    def during(self, intervals: Int[ArrayLike, " s"], kernel: bool = False) -> "Reach":
+        """Restriction to intervals, on the host; on the device in a kernel."""
+        both, xp = (self.half, self.lost), jnp if kernel else np
         half, lost = (None if x is None else xp.asarray(x)[..., intervals] for x in both)
         return self.replace(half=half, lost=lost)
 

@@ -46,7 +46,7 @@ def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], ta
     active = jnp.asarray(pairs.active)
     active = jnp.stack([active[:, a:b].any(axis=1) for a, b in spans], axis=1)
     few = pairs.replace(active=active)
-    return estimate_clearance(few, path[..., knots], taken.during(middle, jnp))
+    return estimate_clearance(few, path[..., knots], taken.during(middle, kernel=True))
 
 
 def _along_edges(

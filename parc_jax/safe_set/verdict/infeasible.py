@@ -194,12 +194,14 @@ def _out_of_reach(scene: Scene) -> str | None:
     )
 
 
-def _turns_hint(model: TrajectoryModel, axis: int, lo, hi, goal_lo, goal_hi) -> str:
-    """A hint for a goal that whole turns would bring to where a heading ends, lo to hi; or nothing.
+def _turns_hint(model: TrajectoryModel, axis: int, *bounds: float) -> str:
+    """A hint for a goal that whole turns would bring to where a heading ends, or nothing. bounds:
+    least and most of the heading, and of the goal.
     Turns are counted, so the reason is true; but whose headings lie within half a turn may slip.
     """
     if axis < model.n_c or model.rotation is None or model.rotation[axis - model.n_c] != TURNS:
         return ""
+    lo, hi, goal_lo, goal_hi = bounds
     turns = round((lo + hi - goal_lo - goal_hi) / (4 * math.pi))  # from middle to middle
     if goal_lo + 2 * math.pi * turns > hi or goal_hi + 2 * math.pi * turns < lo:
         return ""
