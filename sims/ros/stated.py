@@ -2,7 +2,7 @@
 
 from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import moved_last
-from parc_jax.drive.loop.commitment import Step
+from parc_jax.drive.loop.commitment import START, Step
 from parc_jax.learning.labels import name_of
 from parc_jax.statement import about_said
 
@@ -36,6 +36,7 @@ def stated(pilot, step: Step) -> str:
     last, n = moved_last(model, now.k[None])[0][0], len(now.asked.problem.obstacles)
     told = [f"{name_of(model.labels.k[i])} = {float(now.k[i])!r}" for i in pilot.loop.given]
     known = [f"its measured start is exact: {', '.join(told)}"] if told else []
+    known += [f"its start is {START}"] * ("START" in now.untold)
     if moves:
         most = about_said(now.asked.problem.rests_on)
         known.append(f"what moves is told of until {float(now.told_until)!r} s. {most}".strip())

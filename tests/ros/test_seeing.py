@@ -3,6 +3,7 @@ are refused.
 """
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -458,6 +459,8 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
         "nothing is touched. Assumed: that it rests at its end, where its prediction moves by"
         in said
     )
+    unmeasured = replace(step, committed=replace(step.committed, given=()))
+    assert "its start is not measured: each manoeuvre begins as" in one.statement(unmeasured)
     for words in (
         "a body (point 0 grown by 0.2 m) among",
         "its measured start is exact: ",
