@@ -120,8 +120,7 @@ def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
         chosen = only(out) & (np.diff(rows, prepend=-1) > 0)  # the last row is repeated to fill up
         return jax.tree.map(lambda x: x[chosen], out)
 
-    out = in_chunks(max(n, 1), size, one)
-    return jax.tree.map(lambda x: x[:n], out)
+    return jax.tree.map(lambda x: x[:n], in_chunks(max(n, 1), size, one))
 
 
 def dot(a, b):

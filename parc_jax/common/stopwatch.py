@@ -37,8 +37,7 @@ class Stopwatch:
     def __call__(self, stage: str):
         """Time a block. A stage that runs twice adds up."""
         _log.info("%s", stage)
-        begin = time.perf_counter()
-        compiled = _spent["compile"]
+        begin, compiled = time.perf_counter(), _spent["compile"]
         try:
             with self.during(stage):
                 yield

@@ -23,6 +23,7 @@ from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.system import System
 from parc_jax.learning.systems.user_code import blamed, said
 from parc_jax.problem.body import Body, Disc, Polygon
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.verdict.outline import require_same
 
 gymnasium = package("gymnasium", "Shield", "rl")
@@ -35,7 +36,7 @@ Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 class Sensed(NamedTuple):
     """What is known at a step. pose, given, obstacles, spans, drift: as of `Loop.step`, whose clock
-    counts from the last reset or restart.
+    counts from the last reset or restart. Noise of a pose is no drift, but `uncertainty`.
     """
 
     pose: ArrayLike
@@ -53,8 +54,9 @@ class Shield(gymnasium.Wrapper):
     `candidates` the nearest that is proved safe over all of its time, rest included, is driven for
     a step. One that is farther from the proposal than the brake already under way is left out, the
     more are let in the less of that is left, and where none is proved that brake continues: while
-    each run is inside its tube, nothing that stands is touched that was sensed when the manoeuvre
-    under way began, and nothing that moves until `certified_until`, whatever is proposed. [T38]
+    each run is inside its tube and each pose within `uncertainty`, nothing that stands is touched
+    that was sensed when the manoeuvre under way began, and nothing that moves until
+    `certified_until`, whatever is proposed. [T38]
 
     model: its manoeuvres are an action for `every` seconds, then a brake to rest; k as of `Loop`.
     system: the black box that the environment drives; refused where the model is of another one.
@@ -70,8 +72,8 @@ class Shield(gymnasium.Wrapper):
     room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
         stops too close finds nothing safe to begin. None is asked at the first step.
-    assumed: what else its certificates rest on, as of `save_episode`.
-    effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
+    assumed: what else its certificates rest on, as of `save_episode`. uncertainty, of sensed poses,
+        and effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
@@ -102,6 +104,7 @@ class Shield(gymnasium.Wrapper):
         candidates: ArrayLike | None = None,
         metric: Metric | None = None,
         room: float = 0.0,
+        uncertainty: Uncertainty | None = None,
         effort: Effort | None = None,
         assumed: Mapping[str, Any] | None = None,
     ):
@@ -141,6 +144,7 @@ class Shield(gymnasium.Wrapper):
             body,
             leave=every,
             given=given,
+            uncertainty=uncertainty,
             candidates=rows,
             effort=PATIENT if effort is None else effort,
         )
@@ -182,8 +186,7 @@ class Shield(gymnasium.Wrapper):
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
         nothing = dict.fromkeys(("proposed", "driven", "left", "left_at_end"))
-        nothing |= {"changed": False, "reason": ""}
-        return {"shield": nothing | self._about(step.committed)}
+        return {"shield": nothing | {"changed": False, "reason": ""} | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
         """Drive the nearest certified manoeuvre for one step of the environment."""
@@ -281,8 +284,7 @@ class Shield(gymnasium.Wrapper):
 
         more = {"spans": seen.spans, "drift": seen.drift, "least": least}
         try:  # explained at first alone: it takes 50 ms, in a step of 3
-            at = seen.pose, seen.given, seen.obstacles, prefer, now
-            return self.loop.step(*at, explain=last is None, **more)
+            return self.loop.step(*seen[:3], prefer, now, explain=last is None, **more)
         finally:
             self.loop.candidates = self._rows  # no part of what the shield is made from
 

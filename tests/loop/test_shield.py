@@ -210,6 +210,34 @@ def test_an_action_that_is_none_is_no_reason_to_forget_the_drift(model):
         assert not info["shield"]["left"] and info["shield"]["clearance"] > 0
 
 
+def test_what_poses_may_be_off_by_is_kept_clear_of(model, tmp_path):
+    rng, off = np.random.default_rng(0), 0.1
+
+    def noisy(env, seen):
+        one = sense(env, seen)
+        return one._replace(pose=one.pose + rng.uniform(-off, off, 2))
+
+    touched = {}
+    for uncertainty, drift in ((pj.Uncertainty(start=off), 0.0), (None, 2 * np.sqrt(2) * off)):
+
+        def told(env, seen, drift=drift):
+            return noisy(env, seen)._replace(drift=drift)
+
+        touched[drift], left = 0, False
+        for _ in range(6):
+            env = shielded(model=model, sense=told, uncertainty=uncertainty)
+            env.reset(seed=0)
+            for _ in range(20):
+                *_, info = env.step(AHEAD)
+                touched[drift] += info["cost"] > 0
+                left |= bool(info["shield"]["left"])
+        assert not left
+        file = checker.load(env.certificate(tmp_path / "drive.json"))
+        assert checker.check_episode(file, allowance_of).manoeuvres
+    (known, as_drift) = touched.values()
+    assert known == 0 < as_drift  # noise that is told as drift buys no room
+
+
 def test_a_reset_inside_of_a_hazard_is_refused(model):
     env = shielded(Platform(posts=[[0.1, -0.1]]), model)
     with pytest.raises(pj.InputError, match="certified stop where the environment is reset"):
