@@ -117,7 +117,8 @@ class Driving(Options):
                 "nothing up to its range_max, a sweep as long as its time_increment tells; between "
                 "poses the robot turns by less than half a turn, and accelerates by at most "
                 f"{self.acceleration!r} m/s² and "
-                f"{self.acceleration_turning!r} rad/s²; what it sees no more "
+                f"{self.acceleration_turning!r} rad/s²; all that the body can touch at any height "
+                "stands in the plane of the lidar; what it sees no more "
                 f"stays{f' for {self.age!r} s and the manoeuvre after' if self.age else ''}, and "
                 f"before the start {self.margin!r} m around the robot were looked at"
             )

@@ -8,8 +8,10 @@ from parc_jax.statement import about_said
 
 
 def assumed(pilot) -> str:
-    """The premises of the manoeuvres of a `Pilot`, in one clause."""
+    """The premises of the manoeuvres and plans of a `Pilot`, in one clause."""
     memory, told = pilot.memory, [f"{name}: {value}" for name, value in pilot.premises.items()]
+    if not pilot.loop.given:
+        told.append(f"its start is {START}")
     if pilot.model.rotation is None:
         asked = "only compared with that of its runs" if pilot.model.n_points > 1 else "not asked"
         told.append(f"the model goes along the frame's axes, and the heading of a pose is {asked}")
@@ -36,7 +38,6 @@ def stated(pilot, step: Step) -> str:
     last, n = moved_last(model, now.k[None])[0][0], len(now.asked.problem.obstacles)
     told = [f"{name_of(model.labels.k[i])} = {float(now.k[i])!r}" for i in pilot.loop.given]
     known = [f"its measured start is exact: {', '.join(told)}"] if told else []
-    known += [f"its start is {START}"] * ("START" in now.untold)
     if moves:
         most = about_said(now.asked.problem.rests_on)
         known.append(f"what moves is told of until {float(now.told_until)!r} s. {most}".strip())

@@ -235,3 +235,19 @@ def test_a_file_allows_for_as_much_drift_as_the_loop_was_told():
     done = [replace(one, drift=0.25 * (one.number == 2)) for one in driven(False)]
     assert episode_part(done)["doubt"][-1] == (0.25).hex()
     assert episode_part(done, drift=0.5)["doubt"][-1] == (0.5).hex()
+
+
+def test_how_far_a_frame_may_have_drifted_in_all_is_told():
+    """Of what stands, and of a goal: they are proved where they were told to be in that frame."""
+
+    def told(done, **known):
+        return {name: value for name, _, value in episode_part(done, **known)["premises"]}
+
+    done = [replace(one, drift=0.01, drifted=0.01 * (one.number + 1)) for one in driven(False)]
+    off = "may have drifted by {} m since the episode began"
+    assert told(done)["drift"].endswith(f"by each pose, which {off.format(0.04)}")
+    assert told(done[3:])["drift"].endswith(off.format(0.04))
+    assert told(done, drift=0.02)["drift"].endswith(off.format(0.08))
+    assert done[2].certificate()["meta"]["rests_on"][-1].endswith(off.format("0.03"))
+    still = driven(False)
+    assert "drift" not in told(still) and "drift" not in str(still[0].certificate()["meta"])

@@ -83,6 +83,8 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     assert f"of its law, {model.claim.quantifier}, each track alike however long it lasts" in told
     assert "with a window around it alike, between logged places, too; of several, and" in told
     assert "add up, if they ignore the robot" in told and "Assumes: IID, " in told
+    # errors of the places seen, other than those of the tracks, leave its tube far more often
+    assert "places were measured as those of the tracks were, errors included. Of whoever" in told
 
 
 @pytest.mark.soundness

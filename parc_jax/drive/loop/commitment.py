@@ -13,7 +13,7 @@ from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
-from parc_jax.common.spelling import exact, rounded_down
+from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.network.predict import trajectories
@@ -115,6 +115,7 @@ class Commitment:
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
         told = [f"start {START}"] * ("START" in self.untold)
         told += [f"its command is given {self.command}"] * bool(self.command)
+        told += [about_drift(self.drifted)] * bool(self.drifted)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
@@ -145,10 +146,8 @@ class Commitment:
     def loop(self) -> str:
         """The loop that committed to it, by its content, in words."""
         model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
-        by = [
-            f"claim {model.claim.hash[:12]}: {in_short(model.claim)}",
-            f"a body of {'; '.join(shared['body'])}",
-        ]
+        by = [f"claim {model.claim.hash[:12]}: {in_short(model.claim)}"]
+        by += [f"a body of {'; '.join(shared['body'])}"]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
         by += [f"{name.lower()} {told}" for name, told in self.untold.items()]
         by += [shared["command"], f"premises {shared.hash[:12]}"]
@@ -196,6 +195,12 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
                 f"{where}: expected all that one robot's loop committed to in between in one "
                 f"episode; got number {other.number}{of} after {one.number}."
             )
+
+
+def about_drift(drifted: float) -> str:
+    """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
+    off = f"may have drifted by {rounded_up(exact(drifted), 3)} m since the episode began"
+    return f"obstacles and a goal are where they are told in the frame by each pose, which {off}"
 
 
 def require_shared(name: str, drifted: float) -> None:

@@ -16,7 +16,7 @@ from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
-from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
+from parc_jax.drive.loop.commitment import Commitment, about_drift, copies_of, require_whole
 from parc_jax.drive.loop.workers import most_and_often
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -61,13 +61,13 @@ def episode_part(
         n, most = len(commitments), rounded_up(min(1, len(commitments) * Fraction(eps)))
         said += f"{eps}" + f"; for all {n} at most {most}" * (n > 1)
         others.append(("sensing", ASSUMED, said))
+    if drifted := max(commitments[-1].drifted, drift * len(commitments)):
+        others.append(("drift", ASSUMED, about_drift(drifted)))
     rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
     if rests:
-        least = rounded_down(
-            min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on), 4
-        )
-        said = f"for the first {least} s of each manoeuvre that rests on this, at least. "
-        said += about_said(rests, told, len(commitments))
+        least = min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on)
+        said = f"for the first {rounded_down(least, 4)} s of each manoeuvre that rests on this, at "
+        said += f"least. {about_said(rests, told, len(commitments))}"
         others.append(("said of obstacles", ASSUMED, said))
     others += [(name, ASSUMED, value) for name, value in commitments[0].untold.items()]
     if command := commitments[0].command:

@@ -70,8 +70,7 @@ class Episodes:
     def contradictions(self) -> tuple[int, ...]:
         """Numbers of episodes in which anything was touched inside the tubes, all of it told of."""
         told = (x for x in self.driven if x.loops and (x.told_for is None or x.told_then))
-        inside = (one for one in told if one.left is False)
-        return tuple(one.number for one in inside if one.touched)
+        return tuple(x.number for x in told if x.left is False and x.touched)
 
     @property
     def eps(self) -> Fraction:

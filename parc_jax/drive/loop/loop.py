@@ -133,8 +133,7 @@ class Loop:
         self.given = given_axes(model, given)
         self._scenes = Scenes(model, body, end, self.uncertainty)
         self._leaving = leaving("leave", model, leave)
-        self.lasts = self._leaving.lasts
-        self.leave_after = self._leaving.first
+        self.lasts, self.leave_after = self._leaving.lasts, self._leaving.first
         self._command = None
         if thinking is not None:
             self._command = UnderWay(thinking, model, self.given)
@@ -187,12 +186,13 @@ class Loop:
         of `moving`, all of whose parts are needed; None for always. After the manoeuvre's rest
         nothing is claimed of them: they may run into a robot that rests [T38]. drift: [m] by which
         the pose may be off against that at which the manoeuvre under way began, beside the
-        uncertainty of both. gone: a FreeSpace, or its `gone`, for the sentence. least: [m] of
-        clearance without which nothing is committed to. explain: say what the nearest candidate
-        lacks where none is safe, which takes longer than the verdicts. goal: set in the world in
-        which this manoeuvre is proved to end, as of `reach_avoid`, in place of `end`; its heading
-        is counted on from that of the pose, which is within half a turn of 0. Wrong measurements
-        end in the manoeuvre under way, with a sentence. Raises InputError: gone, least, prefer.
+        uncertainty of both; obstacles and goal are those in its frame by now: see them anew. gone:
+        a FreeSpace, or its `gone`, for the sentence. least: [m] of clearance without which nothing
+        is committed to. explain: say what the nearest candidate lacks where none is safe, which
+        takes longer than the verdicts. goal: set in the world in which this manoeuvre is proved to
+        end, as of `reach_avoid`, in place of `end`; its heading is counted on from that of the
+        pose, which is within half a turn of 0. Wrong measurements end in the manoeuvre under way,
+        with a sentence. Raises InputError: gone, least, prefer.
         """
         begin, stop = self._clock(), partial(self.go_on, gone=_region(gone), drift=drift)
         if not (isinstance(least, float) and math.isinf(least)):  # for any, or for none
@@ -310,10 +310,8 @@ class Loop:
         """Why a pose is not of the manoeuvre under way; empty where it is, or none was measured."""
         try:
             self._require_inside(self._here(pose), self._time(at), None, drift)
-        except LeftTube as error:
-            return str(error).rstrip(".")
-        except InputError:
-            pass
+        except InputError as error:
+            return str(error).rstrip(".") if isinstance(error, LeftTube) else ""
         return ""
 
     def _here(self, pose: ArrayLike) -> Pose:

@@ -17,7 +17,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import exact, listed
+from parc_jax.common.spelling import exact, listed, rounded_up
 from parc_jax.learning.labels import axes_of, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
@@ -50,8 +50,7 @@ class Parameter(NamedTuple):
         (lo, hi), off = map(exact, self.value), exact(self.off)
         if self.off:
             values = lo if lo == hi else f"what is from {lo} to {hi}"
-            how = f"{self.source}, executed roughly"
-            return f"every {self.name} within ±{off} of {values} ({how})"
+            return f"every {self.name} within ±{off} of {values} ({self.source}, executed roughly)"
         if lo == hi:
             return f"{self.name} = {lo} ({self.source})"
         return f"every {self.name} from {lo} to {hi} ({self.source})"
@@ -140,10 +139,8 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     at the start: no plan chooses it, unless the query calls it free. [T37]
     """
     names = [name_of(label) for label in model.labels.k]
-    stated: set[int] = set()
-    if uncertainty is not None:
-        for word in ("given", "unknown"):
-            stated |= _by_axis(f"uncertainty {word}", getattr(uncertainty, word), names).keys()
+    pairs = {f"uncertainty {x}": getattr(uncertainty, x, ()) for x in ("given", "unknown")}
+    stated = [axis for word in pairs for axis in _by_axis(word, pairs[word], names)]
     missing = [names[axis] for axis in model.given if axis not in stated]
     if missing:
         raise InputError(
@@ -271,14 +268,16 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
     """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
     chosen = [p for p in executions.parameters if p.source is None and p.off]
     off = ", ".join(f"{p.name} off by up to {exact(p.off)}" for p in chosen)
+    asked = uncertainty.start, uncertainty.goal
+    start, goal = (", ".join(f"±{exact(w)}" for w in widths) for widths in asked)
     parts = []
     if any(uncertainty.start):
-        parts.append(f"every start within {_spread(uncertainty.start)} m of the one asked about")
+        parts.append(f"every start within {start} m of the one asked about")
     if uncertainty.heading:
         parts.append(f"every heading within ±{exact(uncertainty.heading)} rad")
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
-        parts.append(f"every goal moved by up to {_spread(uncertainty.goal)}")
+        parts.append(f"every goal moved by up to {goal}")
     for i, s in enumerate(uncertainty.obstacles):
         if s is not None:
             ends = zip(*finite_box(s, "uncertainty of obstacles"), strict=True)
@@ -286,17 +285,16 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
             within = ", ".join(f"{exact(lo)} to {exact(hi)}" for lo, hi in ends)
             parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
-    return "; ".join(parts) or "everything exactly as it was told"
-
-
-def _spread(widths: Sequence[float]) -> str:
-    return ", ".join(f"±{exact(w)}" for w in widths)
+    said = "; ".join(parts) or "everything exactly as it was told"
+    if eps := uncertainty.sensing_eps:
+        most = f"with probability at most {rounded_up(eps)} each time"
+        said += f"; {most} what is measured is off by more"
+    return said
 
 
 def robustness_of_json(data: dict | None) -> Robustness | None:
     """The record that `to_json` wrote."""
     if data is None:
         return None
-    eps, parameters = Fraction(data["sensing_eps"]), tuple(data["parameters"])
-    volume, more = float(data["k_volume"]), data.get("more", True)
-    return Robustness(data["words"], eps, parameters, volume, more)
+    rest = tuple(data["parameters"]), float(data["k_volume"]), data.get("more", True)
+    return Robustness(data["words"], Fraction(data["sensing_eps"]), *rest)

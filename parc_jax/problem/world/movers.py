@@ -59,12 +59,11 @@ class Moving(NamedTuple):
 
 
 def see_mover(times: ArrayLike, places: ArrayLike, step: float) -> Mover:
-    """A mover from its last three places, `step` [s] apart, as `mover_runs` sees those of tracks.
-    Raises InputError for other times, as of a track with gaps.
+    """A mover from its last three places, `step` [s] apart, measured as those of the tracks of
+    `mover_runs`, errors included. Raises InputError for other times, as of a track with gaps.
     """
-    times = as_float64("see_mover times", times, (3,))
     places = as_float64("see_mover places", places, (3, 2))
-    gaps = np.diff(times)
+    gaps = np.diff(times := as_float64("see_mover times", times, (3,)))
     if not (np.abs(gaps - step) <= ABOUT).all():
         raise InputError(
             f"see_mover: expected places {step:g} s apart, as of the tracks that the model was "
@@ -238,7 +237,8 @@ def mover_obstacles(
         )
     law = (
         f"Movers within {exact(radius)} m, until the last interval of each: {held}, if they ignore "
-        f"the robot. Of whoever is not among them nothing is said. {assumes(p)}"
+        "the robot, and their places were measured as those of the tracks were, errors included. "
+        f"Of whoever is not among them nothing is said. {assumes(p)}"
     )
     until = rounded_down(str(steps * time.dt), 3)
     said = f"Until {until} s after the pose at {float(at)!r} s, against {some}. {law}"
