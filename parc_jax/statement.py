@@ -31,10 +31,10 @@ def nothing_found(reason: Reason | None) -> str:
     return f"No safe plan was found{why} This is not a proof that none exists."
 
 
-def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> str:
+def about_plans(samples: int, polytopes: int, corridors: int, t_f: float, proved: bool) -> str:
     """The sentence (C) of numbers of samples, polytopes and corridors.
 
-    proved: the exact checker accepted them.
+    t_f: [s] how long a plan is. proved: the exact checker accepted them.
     """
     how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
     sets = {
@@ -48,7 +48,7 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     there = [one if n == 1 else many.format(f"{n:,}") for one, (many, n) in sets.items() if n]
     return (
         f"For {listed(there)}, and for every trajectory inside the tube: the goal is reached and "
-        f"nothing is touched; {how}."
+        f"nothing is touched in its {exact(t_f)} s, and nothing is said of later; {how}."
     )
 
 
@@ -346,7 +346,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
         )
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
-        plans = about_plans(len(answer.samples), polytopes, len(answer.corridors), cover.proved)
+        counts = len(answer.samples), polytopes, len(answer.corridors)
+        plans = about_plans(*counts, answer.model.time.t_f, cover.proved)
         lines = [f"(C) {plans} {scene}"]
         if cover.within is not None:
             lines.append(about_place(cover.within, answer.model.n_k))

@@ -135,8 +135,8 @@ def test_no_bound_is_printed_to_the_nearest():
 
 
 def test_only_what_the_checker_accepted_is_called_proved():
-    assert about_plans(3, 2, 1, proved=True).endswith("proved in exact arithmetic.")
-    assert "proved" not in about_plans(3, 2, 1, proved=False)
+    assert about_plans(3, 2, 1, 1.5, proved=True).endswith("proved in exact arithmetic.")
+    assert "proved" not in about_plans(3, 2, 1, 1.5, proved=False)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,8 @@ def test_only_what_the_checker_accepted_is_called_proved():
     ],
 )
 def test_a_sentence_names_what_is_there_and_counts_in_english(counts, text):
-    said = about_plans(*counts, proved=True)
+    said = about_plans(*counts, 1.5, proved=True)
+    assert "nothing is touched in its 1.5 s, and nothing is said of later; proved" in said
     assert text in said and " 0 " not in said and " 1 " not in said
 
 

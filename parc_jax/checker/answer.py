@@ -13,7 +13,7 @@ from fractions import Fraction
 from .claim import checked_claim, told
 from .entries import LISTS, canonical, check_entries
 from .episode import check_episode, is_episode, summary_of_episode
-from .exact import NotAnAnswer, Rejected, fields, need, rejecting
+from .exact import NotAnAnswer, Rejected, decimal, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 from .question import about_the_model
@@ -31,14 +31,14 @@ MAX_PROCESSES = 60  # some systems wait for no more
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
-# What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and
-# exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
-# scene: body, obstacles and starts in words; said: what the file says of it; moving: obstacles
-# that are there for some intervals alone. The claim is quoted; arithmetic: of `checked_claim`.
+# What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and exact
+# volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory. scene:
+# body, obstacles and starts in words; said: what the file says of it; moving: obstacles that are
+# there for a while; seconds: of a plan. The claim is quoted; arithmetic: of `checked_claim`.
 Report = collections.namedtuple(
     "Report",
-    "samples sets corridors doubt no_plan scene said moving bins without_model claim arithmetic "
-    "hash",
+    "samples sets corridors doubt no_plan scene said moving seconds bins without_model claim "
+    "arithmetic hash",
 )
 
 
@@ -129,6 +129,7 @@ def check_answer(answer, processes=1):
         scene=scene_of(answer["problem"]),
         said=said_of(answer["meta"]),
         moving=sum(last - first + 1 < context.T for _, first, last in context.obstacles),
+        seconds=decimal(context.T * context.dt),
         bins=context.n_bins,
         without_model=context.bins_without_model(),
         claim=answer["claim"],
@@ -165,6 +166,7 @@ def summary(report):
     yield f"It is of {report.scene}."
     for text in report.said:
         yield f"  The file says of it, unchecked: {text}"
+    yield f"NOT PROVED: anything later than the {report.seconds} s of a plan"
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"

@@ -174,6 +174,14 @@ def test_both_say_that_an_obstacle_is_there_for_a_part_of_the_time(second_told):
         assert (told[0] in second_told(one).lines) == said
 
 
+def test_a_report_says_how_long_a_plan_is():
+    """The wall behind the goal may be met by a robot that nothing stops there."""
+    for dt, seconds in (("1/8", "0.25"), ("5e-1", "1")):
+        answer = known.change(known.corridor(), {"problem__dt": dt, "problem__steps": 2})
+        lines = list(checker.summary(checker.check_answer(json.loads(json.dumps(answer)))))
+        assert f"NOT PROVED: anything later than the {seconds} s of a plan" in lines
+
+
 @pytest.mark.needs("node")
 @pytest.mark.parametrize("place", known.EDITS)
 def test_an_edit_is_rejected_and_one_with_its_hash_made_anew_is_seen(place, second_told):

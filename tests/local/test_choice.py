@@ -76,6 +76,7 @@ def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     assert "0 of 42 fresh runs" in seen.details() and "look" in seen.details()
     assert "failed (missed the goal, touched something, or did not return)" in seen.details()
     assert "(D) It is of a body (point 0 grown by 0.05 m) among 1 convex" in chosen.details()
+    assert "a new run of it fails in its 1 s with probability at most 0." in seen.details()
     assert law_of(system, "given by the plan").describe() in seen.details()
 
 

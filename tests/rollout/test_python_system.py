@@ -12,6 +12,7 @@ import pytest
 import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.start_gap import translation_gap
+from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.systems.python_system import python_system
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
@@ -106,3 +107,38 @@ def test_a_run_that_ends_its_program_has_failed_and_is_made_once():
 
     runs = pj.learning.collect(system(leaves, 0), KEY, n=64, quiet=True)
     assert 0.3 < runs.failed.mean() < 0.7 and runs.lost is None
+
+
+class Cart:
+    """Put back at the start of each run, but for its speed."""
+
+    v = 0.0
+
+    def keeps(self, rng, k):
+        self.v = 0.5 * self.v + k[0]
+        return np.array([[0.0, 0.0], [self.v, 0.0], [2 * self.v, 0.0]]), [k[0]]
+
+
+def test_runs_that_depend_on_earlier_ones_are_refused():
+    """They repeat no run, so the first is made again after the last, without any file."""
+    rng = np.random.default_rng(0)
+    for simulate in (Cart().keeps, lambda _, k: walk(rng, k)):
+        for n in (1, 40):
+            with pytest.raises(InputError, match="walk: expected runs to repeat"):
+                pj.learning.collect(system(simulate, 0), KEY, n=n, k=[0.5], quiet=True)
+    stream = stream_rollouts(system(Cart().keeps, 0), KEY, 40, chunk=8, quiet=True)
+    assert next(stream).n == 8  # nothing is said of one that is left early
+
+
+def test_a_run_that_failed_or_fails_when_made_again_tells_nothing():
+    made = []
+
+    def fragile(rng, k):
+        made.append(k)
+        assert len(made) not in failing
+        return walk(rng, k)
+
+    for failing in ({1}, {9}):
+        made.clear()
+        runs = pj.learning.collect(system(fragile, 0), KEY, n=8, quiet=True)
+        assert len(made) == 9 and runs.failed.sum() == len(failing & {1})

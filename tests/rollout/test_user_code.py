@@ -1,5 +1,6 @@
 """A fault in the user's own program: their file and line, in one sentence."""
 
+import random
 from pathlib import Path
 
 import jax
@@ -116,3 +117,14 @@ def test_faults_of_ours_stay_what_they_are():
         pj.learning.collect(Robot(jnp.concatenate), KEY, 4, quiet=True)
     with pytest.raises(InputError, match=r"^mine$"), blamed("ours"):
         raise InputError("mine")
+
+
+@pytest.mark.parametrize("draw", [np.random.normal, random.random])
+def test_chance_that_is_drawn_once_for_all_runs_is_refused(draw):
+    """JAX keeps the number it meets as a program is made: runs without a gust, all alike."""
+
+    def gusty(key, k):
+        return pj.Trajectory(jnp.zeros((5, 2)).at[1:].set(draw()), k[:0])
+
+    with pytest.raises(InputError, match=r"robot: expected randomness from the key.*np\.random"):
+        pj.learning.collect(Robot(gusty), KEY, n=4, quiet=True)

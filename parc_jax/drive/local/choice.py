@@ -65,10 +65,11 @@ class FreshRuns:
 
     def details(self) -> str:
         """The sentence (D i)."""
+        during = f" in its {exact(self.of.scene.model.time.t_f)} s" if self.of else ""
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
             "failed (missed the goal, touched something, or did not return), all of "
-            f"{self.law}. With confidence {self.look.sure} a new run of it fails "
+            f"{self.law}. With confidence {self.look.sure} a new run of it fails{during} "
             f"with probability at most {rounded_up(self.eps)}{self.look.numbered(', look')}. "
             f"Assumes: {', '.join(self.assumed)}."
         )

@@ -60,13 +60,8 @@ class _Compared(NamedTuple):
         ends = [(e[0], e[-1]) for e in edges]
         if edges != context.edges or ends != [*zip(context.lo, context.hi, strict=True)]:
             yield "the edges of the bins"
-        if not all(
-            any(
-                row == a and b + room * _size(a) <= bound
-                for row, b in _rows(table.start_A, table.start_b)
-            )
-            for a, bound in context.start
-        ):
+        starts = [(a, b + room * _size(a)) for a, b in _rows(table.start_A, table.start_b)]
+        if not all(any(row == a and b <= most for row, b in starts) for a, most in context.start):
             yield "the rows of the start"
         reached, goals = [], []
         for bin_, limits in enumerate(table.goal_b):
@@ -166,14 +161,9 @@ def _turned_by(chosen: Sequence, dual: np.ndarray) -> Fraction:
     for axis in range(n):
         unit = [Fraction(int(a == axis)) for a in range(n)]
         shares = basis.coordinates(unit) or []  # of the faces' normals in this axis
-        off = sum(
-            (
-                abs(v - Fraction(x)) * max(abs(low), abs(high))
-                for v, x, (_, low, high) in zip(shares, dual[:, axis].tolist(), chosen, strict=True)
-            ),
-            Fraction(0),
-        )
-        most = max(most, off)
+        turned = zip(shares, dual[:, axis].tolist(), chosen, strict=True)
+        off = [abs(v - Fraction(x)) * max(abs(low), abs(high)) for v, x, (_, low, high) in turned]
+        most = max(most, sum(off, Fraction(0)))
     return most
 
 

@@ -136,19 +136,12 @@ def _arrays(answer: Answer, table: Tables) -> Iterator[tuple[str, str, np.ndarra
         yield "double", "centre", table.errors.centre
     yield "double", "half", table.errors.half
     yield "int", "pair_points", table.pair_points
-    yield "int", "first_run", table.runs.first_run
-    yield "int", "run_pair", table.runs.pair
-    yield "int", "run_first", table.runs.first
-    yield "int", "run_end", table.runs.end
-    yield "double", "run_w", table.runs.w
-    yield "double", "run_support", table.runs.support
+    for of, column in table.runs._asdict().items():
+        kind = "double" if of in ("w", "support") else "int"
+        yield kind, of if of == "first_run" else f"run_{of}", column
     yield "int", "probes", table.probes
-    yield "double", "far", table.far
-    yield "double", "start_A", table.start_A
-    yield "double", "start_b", table.start_b
-    yield "double", "goal_A", table.goal_A
-    yield "double", "goal_b", table.goal_b
-    yield "double", "plans", table.plans
+    for of in ("far", "start_A", "start_b", "goal_A", "goal_b", "plans"):
+        yield "double", of, getattr(table, of)
     yield "int", "measured", np.isin(np.arange(answer.model.n_k), answer.model.given).astype(int)
     yield "double", "ends", table.ends
     yield "double", "near", table.near

@@ -158,14 +158,8 @@ def _runs(corridors: list[Corridor]) -> RunTable:
         first_run.append(len(rows))
     pair, first, end, w, support = zip(*rows, strict=True) if rows else ((),) * 5
     n_p = corridors[0].w.shape[2]
-    return RunTable(
-        np.array(first_run),
-        np.array(pair, int),
-        np.array(first, int),
-        np.array(end, int),
-        np.array(w, float).reshape(-1, n_p),
-        np.array(support, float),
-    )
+    numbers = (np.array(column, int) for column in (first_run, pair, first, end))
+    return RunTable(*numbers, np.array(w, float).reshape(-1, n_p), np.array(support, float))
 
 
 def _probes(outside: np.ndarray, runs: RunTable, corridor: int) -> np.ndarray:

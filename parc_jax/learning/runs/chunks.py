@@ -23,9 +23,9 @@ from parc_jax.learning.systems.content import whole_digest
 
 
 def require_same_runs(where, stored: dict, again: dict, system) -> None:
-    """Refuse stored runs that the system does not repeat. Raises InputError.
+    """Refuse runs that the system does not repeat. Raises InputError.
 
-    stored, again: arrays of rows, from the disk and simulated anew, compared up to the shorter one.
+    stored, again: arrays of rows, of before and simulated anew, compared up to the shorter one.
     """
     # another machine may round differently
     single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
@@ -41,9 +41,10 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
         )
         if not np.all(same):
             raise InputError(
-                f"{where}: expected the stored runs to repeat themselves; simulated again, their "
-                f"{name} comes out differently. The simulator has changed, or draws randomness "
-                "that does not come from the key. Delete it or choose another path."
+                f"{where}: expected runs to repeat themselves; simulated again, their {name} comes "
+                "out differently. The simulator has changed, keeps something from run to run, or "
+                "draws randomness that does not come from the key. Make it begin each run anew; "
+                "stored runs: delete them or choose another path."
             )
 
 
@@ -105,12 +106,9 @@ class ChunkStore:
 
     def first(self) -> tuple[int, Arrays] | None:
         """The first finished chunk that can be read, with its number."""
-        for path in sorted(self.folder.glob("chunk_*.npz")):
-            index = int(path.stem.removeprefix("chunk_"))
-            arrays = self.get(index)
-            if arrays is not None:
-                return index, arrays
-        return None
+        paths = sorted(self.folder.glob("chunk_*.npz"))
+        numbers = [int(path.stem.removeprefix("chunk_")) for path in paths]
+        return next(((i, one) for i in numbers if (one := self.get(i)) is not None), None)
 
     def put(self, index: int, arrays: Arrays) -> None:
         """Store a finished chunk, atomically."""

@@ -216,8 +216,9 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
             size = min(chunk, first_row + n - int(rows[0]))
             _log.info("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
             bar.update(size)
-            yield rollout_batch(
-                **{name: array[:size] for name, array in arrays.items()},
+            arrays = {name: array[:size] for name, array in arrays.items()}
+            batch = rollout_batch(
+                **arrays,
                 rows=rows[:size],
                 time=system.time,
                 domain=system.domain,
@@ -229,6 +230,15 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
                 labels=labels_of(system),
                 given=given_of(system),
             )
+            if rows is chunks[0]:
+                whole = np.flatnonzero(~batch.failed)[:1]
+                early = {name: array[whole] for name, array in arrays.items()}
+            if rows is chunks[-1] and len(whole) and not sim.traceable:
+                anew = work.simulate(chunks[0][whole], devices[0])
+                # a machine that goes away, or a run that is stopped as slow, tells nothing
+                if all(np.isfinite(anew[name]).all() for name in ("p", "q")):
+                    require_same_runs(system.name, early, anew, system)
+            yield batch
 
 
 def _finished(work: _Work, path) -> RolloutBatch:

@@ -1,5 +1,7 @@
 """Random-stream rows -> parameters, trajectories: a compiled program per system and chunk shape."""
 
+import pickle
+import random
 import threading
 
 import jax
@@ -102,7 +104,14 @@ class Simulator:
         if self.traceable and shape not in self._compiled:
             with self._compiling:  # else two workers would compile a new shape twice
                 if shape not in self._compiled:
+                    before = _global_chance()
                     result = run()
+                    if _global_chance() != before:
+                        raise InputError(
+                            f"{self.system.name}: expected randomness from the key alone; the "
+                            "system draws from `random` or `np.random` as it is compiled, once "
+                            "for all runs. Draw with jax.random, from its key."
+                        )
                     self._compiled.add(shape)
                     self._content = content_of(self.system)
                     return result
@@ -148,14 +157,12 @@ def simulator(system) -> Simulator:
     compile again. A system that was changed in place is compiled anew.
     """
     with _REMEMBERING:
-        for place, known in enumerate(_RECENT):
-            if known.system is not system:
-                continue
-            if known.is_current():
-                return known
-            del _RECENT[place]
+        known = next((s for s in _RECENT if s.system is system), None)
+        if known is not None and known.is_current():
+            return known
+        if known is not None:
+            _RECENT.remove(known)
             jax.clear_caches()  # jitted parts with the system as an argument are of old values
-            break
         _RECENT.append(Simulator(system))
         del _RECENT[:-_KEPT]
         return _RECENT[-1]
@@ -196,6 +203,10 @@ def jitted_rollouts(system):
 def is_traceable(system) -> bool:
     """Whether JAX runs it: a system without `rollout_batch`."""
     return not callable(getattr(system, "rollout_batch", None))
+
+
+def _global_chance() -> bytes:
+    return pickle.dumps((random.getstate(), np.random.get_state()))  # noqa: NPY002
 
 
 def uniform(key, lo, hi):
