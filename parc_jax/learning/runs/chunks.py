@@ -43,8 +43,8 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
             raise InputError(
                 f"{where}: expected runs to repeat themselves; simulated again, their {name} comes "
                 "out differently. The simulator has changed, keeps something from run to run, or "
-                "draws randomness that does not come from the key. Make it begin each run anew; "
-                "stored runs: delete them or choose another path."
+                "draws randomness that does not come from the key. Make it begin each run anew, or "
+                "learn from a log of its runs; stored ones: delete them or choose another path."
             )
 
 
