@@ -454,6 +454,18 @@ def test_recordings_that_were_left_out_are_said(model):
     assert found.answer.model.claim.premises["left out"] == 40
 
 
+def test_no_start_is_told_to_have_been_tried_by_recordings(model):
+    """Of a claim whose own trial was made in a simulator."""
+    start = model.claim.evidence["start"] | {"seen": "0x0.0p+0"}
+    told = [x.replace("not measured", "0 seen from 8 starts") for x in model.claim.assumptions]
+    claim = derived(model.claim, evidence={"start": start}, assumptions=tuple(told))
+    asked = Validate(recorded(N, 2), RISK, DELTA)
+    planner = pj.Planner(model.replace(claim=claim, held=None))
+    found = planner.solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
+    assert "TRANSLATION_INVARIANCE(within 1e-05; not measured)" in found.details()
+    assert found.answer.model.claim.premises  # its numbers are those of the evidence
+
+
 def test_rows_of_training_and_calibration_are_not_left_out():
     log = recorded(3 * N + 4, 77)
     options = {"hidden": (4,), "seeds": 1, "steps": 400, "bins": (1, 1), "delta": 0.05}

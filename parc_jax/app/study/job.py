@@ -20,10 +20,11 @@ from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.localise import Local
+from parc_jax.drive.local.localise import Local, key_of_trial
 from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.start_gap import trial_of, try_starts
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -65,11 +66,14 @@ def run_study(
     SoundnessError when a replay contradicts a proof.
     """
     require_fit(problem, subject_of(system))
+    key, watch, out = key_of(seed), Stopwatch(during), Path(out)
+    settings, cold = study.settings, None
+    # the replay is of this plant, whatever was seen of the start on another one
     if model is not None:
         require_same(system, model)
-    key, watch, out = key_of(seed), Stopwatch(during), Path(out)
-    settings = study.settings
-    cold = None
+        trial_of(model.claim, system, key_of_trial(key))
+    elif learn_from is not None and learn_from is not system:
+        try_starts(system, key_of_trial(key), study.bound.gap)
 
     def first_query(model: TrajectoryModel, picture: bool = True) -> None:
         """Compile for the queries to come; with a picture, prove and draw the answer."""

@@ -118,7 +118,7 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
         f"        fails with probability at most {mean}; no plan of them with more than {every} "
         f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
         "        Runs are made from the origin, moved to the starts of plans and judged at their "
-        "records; assumed of them is what (E) assumes of its own"
+        "records; assumed of them is what (E) assumes, of their plant"
         + f", and WORKERS_LOST({r['lost']}, independent of the run)" * (r["lost"] > 0)
         + ".",
     ]

@@ -70,7 +70,11 @@ def run_once(
 
 
 def by_recordings(
-    runs: RolloutBatch, sets: Sequence[SafePlans], rng: np.random.Generator, first: int
+    runs: RolloutBatch,
+    sets: Sequence[SafePlans],
+    rng: np.random.Generator,
+    first: int,
+    start: StartTrial | None = None,
 ) -> Trial:
     """Recorded runs, each of another recording, moved to a start of each set from `first` on that
     has one for its k: the first of ENDS drawn ones that the set holds, so uniform on all.
@@ -78,7 +82,7 @@ def by_recordings(
     scene = sets[-1].scene
     p0, levels = levels_of(sets, rng, runs.k)
     inside = levels.min(axis=1) <= np.arange(len(sets))[:, None]
-    failed, off = np.zeros_like(inside), off_from_start(scene.model.claim)
+    failed, off = np.zeros_like(inside), off_from_start(scene.model.claim, start)
     tried = np.full(runs.n, -1)
     for i in range(first, len(sets)):
         at = (levels <= i).argmax(axis=1)
@@ -88,7 +92,7 @@ def by_recordings(
             reached, touched = reached_and_touched(scene, runs.select(new), p0[new, at[new]], off)
             failed[i, new] = ~reached | touched
         tried[new] = at[new]
-    return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost)
+    return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost, start)
 
 
 def ledger_of_tests(
