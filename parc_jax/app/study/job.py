@@ -169,16 +169,11 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
     near = chosen.near
     if near.answer is not None:
         near.answer.save(out / "near.json")
-    return {
-        "plan": chosen.plan.tolist(),
-        "runs": chosen.tested.n,
-        "failures": chosen.tested.failures,
-        "share_of_k": float(near.share),
-        "proved_share_of_near": float(near.held),
-        "narrower_at_end": near.at_end,
-        "narrower_on_the_way": near.on_the_way,
-        "statement": chosen.details(),
-    }
+    tested = {"runs": chosen.tested.n, "failures": chosen.tested.failures}
+    shares = {"share_of_k": float(near.share), "proved_share_of_near": float(near.held)}
+    widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
+    said = {"plan": chosen.plan.tolist(), "statement": chosen.details()}
+    return said | tested | shares | widths
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

@@ -70,11 +70,7 @@ def run_once(
 
 
 def by_recordings(
-    runs: RolloutBatch,
-    sets: Sequence[SafePlans],
-    rng: np.random.Generator,
-    first: int,
-    start: StartTrial | None = None,
+    runs: RolloutBatch, sets: Sequence[SafePlans], rng: np.random.Generator, first: int
 ) -> Trial:
     """Recorded runs, each of another recording, moved to a start of each set from `first` on that
     has one for its k: the first of ENDS drawn ones that the set holds, so uniform on all.
@@ -82,7 +78,7 @@ def by_recordings(
     scene = sets[-1].scene
     p0, levels = levels_of(sets, rng, runs.k)
     inside = levels.min(axis=1) <= np.arange(len(sets))[:, None]
-    failed, off = np.zeros_like(inside), off_from_start(scene.model.claim, start)
+    failed, off = np.zeros_like(inside), off_from_start(scene.model.claim)
     tried = np.full(runs.n, -1)
     for i in range(first, len(sets)):
         at = (levels <= i).argmax(axis=1)
@@ -92,7 +88,7 @@ def by_recordings(
             reached, touched = reached_and_touched(scene, runs.select(new), p0[new, at[new]], off)
             failed[i, new] = ~reached | touched
         tried[new] = at[new]
-    return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost, start)
+    return Trial(inside, failed, np.zeros(runs.n) if runs.lost is None else runs.lost)
 
 
 def ledger_of_tests(

@@ -112,7 +112,7 @@ def validated(
         K = query.model.domain
         others = levels_of(sets, seeds, seeds.uniform(K.lo, K.hi, (TRIED, K.n)))[1].min(axis=1)
         first = first_set(others, len(sets), asked.tests, least)
-        trial = by_recordings(source, sets, draws, first, start)
+        trial = by_recordings(source, sets, draws, first)._replace(start=start)
         tests = entry_of(TESTS, source)
     else:
         plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]

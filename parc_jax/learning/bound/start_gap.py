@@ -223,10 +223,9 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
 def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial | None:
     """The trial behind further runs; None where the claim tells of its own, on this very plant."""
     if isinstance(system, RolloutBatch):  # recorded runs cannot be started elsewhere
-        return StartTrial(declared_gap(claim, GAP), None)
-    of, own = law_of(system), claim.law
-    told = [pair for pair in own.parameters if not pair[0].startswith(OURS)]
-    made_here = (own.generator, told) == (of.generator, [*of.parameters])
+        return StartTrial(declared_gap(claim), None)
+    told = [pair for pair in claim.law.parameters if not pair[0].startswith(OURS)]
+    made_here = (claim.law.generator, told) == (system.name, [*law_of(system).parameters])
     seen = claim.evidence.get("start", {}).get("seen") if made_here else None
     return try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None
 
