@@ -118,12 +118,9 @@ def run_study(
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
-    metrics = {
-        "system": system.name,
-        "seed": seed,
-        "jax": jax.__version__,
-        "python": platform.python_version(),
-        "device": jax.devices()[0].device_kind,
+    metrics = {"system": system.name, "seed": seed, "device": jax.devices()[0].device_kind}
+    metrics |= {"jax": jax.__version__, "python": platform.python_version()}
+    metrics |= {
         "regions": table.count,
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),

@@ -349,7 +349,5 @@ def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:
     """Whether these are disjoint rows of one source; two files of one name share rows."""
-    source = scores.law.generator, scores.seed, scores.stage
-    same = source == (train.law.generator, train.seed, train.stage)
-    log = joined_source([scores])[0] == joined_source([train])[0]
-    return same and log and not np.isin(scores.rows, train.rows).any()
+    of = [(x.law.generator, x.seed, x.stage, joined_source([x])[0]) for x in (scores, train)]
+    return of[0] == of[1] and not np.isin(scores.rows, train.rows).any()

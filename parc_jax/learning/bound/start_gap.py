@@ -246,8 +246,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     Last of all steps that change a tube: `update` starts from the gap in its evidence.
     """
     off = off_from_start(claim, trial)
-    gaps = claim.tube.halves_around(off, off)
-    both = zip(claim.tube.halves, gaps, strict=True)
+    both = zip(claim.tube.halves, claim.tube.halves_around(off, off), strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
     told = trial.said_in(claim.assumptions)
     return derived(weaker(claim, wider, start=trial.record), assumptions=told)
