@@ -117,6 +117,12 @@ def learn(
     """
     default = Learning() if prior is None else WITH_PRIOR
     settings = (settings or default).replace(**options)
+    for name, asked in (("plant", settings.plant), ("body", settings.body)):
+        if asked not in (None, getattr(source, name, None)):
+            raise InputError(
+                f"learn: expected {name}=None, or the one that the source itself names; got "
+                f"{asked!r:.40}. Build the system with it: pj.learn(system({name}=...), key)."
+            )
     return learn_report(source, key, settings, prior, holdout=holdout, path=path, quiet=quiet).model
 
 
@@ -155,10 +161,8 @@ def learn_report(
         train, held = source.split(default if holdout is None else holdout, seed)
     # recorded runs cannot be started elsewhere
     start = StartTrial(settings.bound.gap, None)
-    said, profile, seen = None, None, []
-    if prior is None:
-        lesson = train
-    else:
+    lesson, said, profile, seen = train, None, None, []
+    if prior is not None:
         lesson, said, usual, discard, seen = _lesson(prior, train, held, settings, key)
     with watch("training"):
         net = fit_network(lesson, settings, key)

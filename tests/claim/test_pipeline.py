@@ -179,3 +179,14 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
 def test_a_shape_without_its_own_tube_is_not_made_of_boxes():
     with pytest.raises(InputError, match="one of box, signed, fitted; got 'ellipse'"):
         learn_profile(NET, None, (), shape="ellipse")
+
+
+@pytest.mark.parametrize("name", ["plant", "body"])
+def test_learn_takes_the_system_as_it_was_built(name):
+    """The shell builds the one that these options name; here it would be ignored."""
+    with pytest.raises(pj.InputError, match=rf"learn: expected {name}=None, .* got 'ice'. Build"):
+        pj.learn(plant(noisy), KEY, **{name: "ice"})
+    built = plant(noisy)
+    object.__setattr__(built, name, "ice")
+    with pytest.raises(pj.InputError, match="expected a random key"):  # past the names
+        pj.learn(built, 0, **{name: "ice"})

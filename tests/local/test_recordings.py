@@ -277,7 +277,8 @@ def test_recordings_that_a_file_leaves_out_are_counted_by_content(slipped, tmp_p
 
 def test_rows_left_out_of_a_calibration_set_are_assumed_to_be_any(slipped):
     net, profile = slipped.net, slipped.tube
-    claim = calibrate(net, slipped.held.finite, profile, eps=0.9, delta=0.05)
+    some = slipped.held.select(~slipped.held.failed)
+    claim = calibrate(net, some, profile, eps=0.9, delta=0.05)
     gone = claim.evidence["left_out"]
     said = f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"
     assert gone >= slipped.held.failed.sum() and said in claim.assumptions
@@ -448,10 +449,24 @@ def test_recordings_that_were_left_out_are_said(model):
     wild = recorded(100, 77)
     p = np.array(wild.p)
     p[:40, -3:] = np.nan
-    asked = Validate(dataclasses.replace(wild, p=p).finite, RISK, DELTA)
+    finite = dataclasses.replace(wild, p=p).finite
+    refused(model, finite, "leaves the tube; 40 left out, by `finite`")
+    asked = Validate(wild.select(slice(40, None)), RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
     assert "LEFT_OUT(40 of their log, by k alone or independent of the run)" in found.details()
     assert found.answer.model.claim.premises["left out"] == 40
+
+
+def test_no_start_is_told_to_have_been_tried_by_recordings(model):
+    """Of a claim whose own trial was made in a simulator."""
+    start = model.claim.evidence["start"] | {"seen": "0x0.0p+0"}
+    told = [x.replace("not measured", "0 seen from 8 starts") for x in model.claim.assumptions]
+    claim = derived(model.claim, evidence={"start": start}, assumptions=tuple(told))
+    asked = Validate(recorded(N, 2), RISK, DELTA)
+    planner = pj.Planner(model.replace(claim=claim, held=None))
+    found = planner.solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
+    assert "TRANSLATION_INVARIANCE(within 1e-05; not measured)" in found.details()
+    assert found.answer.model.claim.premises  # its numbers are those of the evidence
 
 
 def test_rows_of_training_and_calibration_are_not_left_out():

@@ -16,7 +16,9 @@ from toy_file import hashed
 import parc_jax as pj
 from parc_jax.answer.looks import Looks, looks_of_json
 from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import VALIDATED_SET, explained
+from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import rounded_down
@@ -30,6 +32,7 @@ from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import SEEN, ledger_of, used_by
+from parc_jax.learning.bound.start_gap import trial_of
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.method import Exact, FirstProved
@@ -510,6 +513,41 @@ def test_a_start_that_matters_is_seen_where_the_claim_did_not_look():
         assert said in sets.answer.model.claim.assumptions
         assert sets.answer.model.claim.premises  # its numbers are those of the evidence
         found = replace(found, looks=Looks())
+
+
+class Hall(toy.Hill):
+    """Level on one plant, a hill on the other."""
+
+    def __init__(self, plant):
+        self.plant = plant
+
+    def rollout_from(self, key, k, p0):
+        floor = Level if self.plant == "level" else toy.Hill
+        return floor.rollout_from(self, key, k, p0)
+
+
+def test_a_start_tried_on_one_plant_is_told_of_no_other(tmp_path):
+    level, hill = Hall("level"), Hall("hill")
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "profile_runs": 100, "quiet": True}
+    train = collect(level, KEY, 100, quiet=True)
+    claim = pj.learning.bound_error(toy.NET, level, KEY, train=train, **options)
+    model = pj.learning.trajectory_model(toy.NET, claim)
+    found = pj.Planner(model).solve(toy.problem(), KEY, toy.SETTINGS)
+    plan, asked = found.choose(), asked_of(source=hill)
+    for refused in (
+        lambda: plan.test(hill, KEY, n=30),
+        lambda: pj.Planner(model).solve(toy.problem(), KEY, toy.SETTINGS, validate=asked),
+        lambda: run_study(hill, toy.problem(), Study(), tmp_path, 0, model),
+        lambda: run_study(hill, toy.problem(), Study(), tmp_path, 0, learn_from=level),
+    ):
+        with pytest.raises(InputError, match="more than 1e-05; moving the start"):
+            refused()
+    assert plan.looks.taken == asked.looks.taken == 0 and not list(tmp_path.iterdir())
+    for system, seen in ((level, "0 seen from 8 starts"), (SYSTEM, "not measured")):
+        said = f"TRANSLATION_INVARIANCE(within 1e-05; {seen})"
+        plan = replace(found, looks=Looks()).choose()
+        assert said in plan.test(system, KEY, n=30).tested.assumed
+    assert trial_of(claim, level, KEY) is None  # its own is of this very plant
 
 
 def test_tests_that_were_made_again_are_counted():

@@ -20,10 +20,11 @@ from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
 from parc_jax.common.stopwatch import Stopwatch
-from parc_jax.drive.local.localise import Local
+from parc_jax.drive.local.localise import Local, key_of_trial
 from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.declared import assumed_claim
+from parc_jax.learning.bound.start_gap import trial_of, try_starts
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -65,11 +66,14 @@ def run_study(
     SoundnessError when a replay contradicts a proof.
     """
     require_fit(problem, subject_of(system))
+    key, watch, out = key_of(seed), Stopwatch(during), Path(out)
+    settings, cold = study.settings, None
+    # the replay is of this plant, whatever was seen of the start on another one
     if model is not None:
         require_same(system, model)
-    key, watch, out = key_of(seed), Stopwatch(during), Path(out)
-    settings = study.settings
-    cold = None
+        trial_of(model.claim, system, key_of_trial(key))
+    elif learn_from is not None and learn_from is not system:
+        try_starts(system, key_of_trial(key), study.bound.gap)
 
     def first_query(model: TrajectoryModel, picture: bool = True) -> None:
         """Compile for the queries to come; with a picture, prove and draw the answer."""
@@ -114,12 +118,9 @@ def run_study(
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
-    metrics = {
-        "system": system.name,
-        "seed": seed,
-        "jax": jax.__version__,
-        "python": platform.python_version(),
-        "device": jax.devices()[0].device_kind,
+    metrics = {"system": system.name, "seed": seed, "device": jax.devices()[0].device_kind}
+    metrics |= {"jax": jax.__version__, "python": platform.python_version()}
+    metrics |= {
         "regions": table.count,
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
@@ -165,16 +166,11 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
     near = chosen.near
     if near.answer is not None:
         near.answer.save(out / "near.json")
-    return {
-        "plan": chosen.plan.tolist(),
-        "runs": chosen.tested.n,
-        "failures": chosen.tested.failures,
-        "share_of_k": float(near.share),
-        "proved_share_of_near": float(near.held),
-        "narrower_at_end": near.at_end,
-        "narrower_on_the_way": near.on_the_way,
-        "statement": chosen.details(),
-    }
+    tested = {"runs": chosen.tested.n, "failures": chosen.tested.failures}
+    shares = {"share_of_k": float(near.share), "proved_share_of_near": float(near.held)}
+    widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
+    said = {"plan": chosen.plan.tolist(), "statement": chosen.details()}
+    return said | tested | shares | widths
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

@@ -90,23 +90,14 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
     failed = runs.at_worst.reshape(-1, repeats).sum(axis=1)
     plans, total, most = len(failed), int(failed.sum()), int(failed.max())
     n = plans * repeats
-    counts = {
-        "plans": plans,
-        "repeats": repeats,
-        "runs": n,
-        "reached": int(runs.reached.sum()),
-        "touched": int(runs.touched.sum()),
-        "left_tube": int((~runs.inside).sum()),
-        "failed": total,
-        "lost": int((runs.lost != 0).sum()),
-    }
+    counts = {"plans": plans, "repeats": repeats, "runs": n, "failed": total}
+    counts |= {"reached": int(runs.reached.sum()), "touched": int(runs.touched.sum())}
+    counts |= {"left_tube": int((~runs.inside).sum()), "lost": int((runs.lost != 0).sum())}
     if repeats == 1:
         return counts
+    counts |= {"confidence": 1 - delta, "failure_mean": total / n, "worst_plan_failed": most}
     return counts | {
-        "confidence": 1 - delta,
-        "failure_mean": total / n,
         "failure_mean_at_most": float(clopper_pearson(total, n, delta / 2)),
-        "worst_plan_failed": most,
         "every_plan_at_most": float(clopper_pearson(most, repeats, delta / 2 / plans)),
         "failure_by_plan": failed.tolist(),
     }
@@ -174,14 +165,10 @@ class Recorded(NamedTuple):
     def counts(self) -> dict[str, int]:
         """Numbers of runs, of their replays, and of the outcomes."""
         done = self.runs
-        return {
-            "runs": len(self.with_start),
-            "with_start": int(self.with_start.sum()),
-            "replays": len(self.plans),
-            "left_the_tube": int((~done.inside).sum()),
-            "missed_the_goal": int((~done.reached).sum()),
-            "touched": int(done.touched.sum()),
-        }
+        counts = {"runs": len(self.with_start), "with_start": int(self.with_start.sum())}
+        counts |= {"replays": len(self.plans), "left_the_tube": int((~done.inside).sum())}
+        counts |= {"missed_the_goal": int((~done.reached).sum())}
+        return counts | {"touched": int(done.touched.sum())}
 
     def details(self) -> str:
         """One sentence."""

@@ -118,7 +118,7 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
         f"        fails with probability at most {mean}; no plan of them with more than {every} "
         f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
         "        Runs are made from the origin, moved to the starts of plans and judged at their "
-        "records; assumed of them is what (E) assumes of its own"
+        "records; assumed of them is what (E) assumes, of their plant"
         + f", and WORKERS_LOST({r['lost']}, independent of the run)" * (r["lost"] > 0)
         + ".",
     ]
@@ -181,10 +181,9 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
     }
     if tested is not None:
         # the share of all that is safe under its tube; the set is the coverage of it
-        both = ("share", "coverage") if tested.answer is not None else ()
-        of_set = {name: getattr(tested.answer, name)._asdict() for name in both}
-        facts["validated"] = {"share": None, "coverage": None} | of_set
-        facts["validated"]["steps"] = [list(step) for step in tested.steps]
+        both, found = ("share", "coverage"), tested.answer
+        of_set = {name: None if found is None else getattr(found, name)._asdict() for name in both}
+        facts["validated"] = of_set | {"steps": [list(step) for step in tested.steps]}
     return facts
 
 

@@ -148,7 +148,7 @@ class Choice:
     ) -> "Choice":
         """Run exactly this plan afresh and bound its probability of failure; spends one look. [T6]
 
-        Where the claim has not tried how much the start matters, that is tried first.
+        Where the claim has not tried, on this plant, how much the start matters, that comes first.
         system: the black box of the model. key: only its DRIVEN stream is used.
         eps: bound to reach when no run fails. n: runs; None for as many as eps takes at this look's
         share of delta (6,905 for 1e-3 at 1e-3).
@@ -214,25 +214,22 @@ class Choice:
     def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""
         start, k = (", ".join(map(exact, values)) for values in (self.p0, self.k))
-        lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
-        lines.append(about_pose(self.scene.nominal.pose))
-        problem = self.scene.nominal.problem
-        lines.append(f"It is of {scene_of(problem_part(problem, self.model))}.")
-        if obstacles := about_obstacles(problem, self.model.time.n_steps):
-            lines.append(obstacles)
-        if self.tested is None:
-            lines.append("This very plan: not run since it was chosen, so no statement.")
-        else:
-            lines.append(self.tested.details())
-        if self.near is not None:
-            lines.append(self.near.details())
-        lines.append(self._about_box())
+        problem, unrun = self.scene.nominal.problem, "not run since it was chosen, so no statement."
+        lines = [
+            f"The plan chosen: p0 = ({start}), k = ({k}).",
+            about_pose(self.scene.nominal.pose),
+            f"It is of {scene_of(problem_part(problem, self.model))}.",
+            about_obstacles(problem, self.model.time.n_steps),
+            self.tested.details() if self.tested else f"This very plan: {unrun}",
+            self.near.details() if self.near else "",
+            self._about_box(),
+        ]
         if self.looks.taken:
             lines.append(
                 f"Looks: {self.looks.taken} of {self.looks.planned} taken, delta = "
                 f"{rounded_up(self.looks.delta, 10)} split over them."
             )
-        return "\n".join(f"(D) {line}" for line in lines)
+        return "\n".join(f"(D) {line}" for line in lines if line)
 
     def _about_box(self) -> str:
         risk = self.risk()

@@ -21,7 +21,7 @@ from parc_jax.learning.bound.start_gap import StartTrial, invariances, off_from_
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.law import TO_TRAINING, law_spec
+from parc_jax.learning.runs.law import TO_TRAINING, logged_on
 from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -102,8 +102,7 @@ def ledger_of_tests(
     between = DISCRETE_TIME.assumption(about.time.dt_record)
     names = invariances(about.rotation)
     said = claim.assumptions if start is None else start.said_in(names)
-    declared = {entry.partition("(")[0]: entry for entry in said}
-    moved = {entry: declared.get(entry, entry) for entry in names}
+    moved = {entry.partition("(")[0]: entry for entry in said if entry.startswith(names)}
     return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost, gone))
 
 
@@ -130,11 +129,9 @@ def one_of_each(
             "outside the smallest box of others were left out, and were they tested nobody "
             "knows the result. Declare K when they are loaded: domain=box(lo, hi)."
         )
-    inside = runs.select(K.contains(runs.k))
-    own = np.array_equal([runs.domain.lo, runs.domain.hi], [K.lo, K.hi])
-    law = runs.law if own else law_spec(runs.name, K, "logged")
+    inside = runs.select(K.contains(runs.k)).replace(domain=K, law=logged_on(runs.law, K))
     if inside.n:  # as of a calibration set: independent, and none that the K was fitted to
-        check_fresh(scores_of(model.net, shape, [inside.replace(domain=K, law=law)]), None)
+        check_fresh(scores_of(model.net, shape, [inside]), None)
     _require_unseen(model.claim, runs)
     groups = np.arange(runs.n) if runs.groups is None else runs.groups
     order = rng.permutation(runs.n)

@@ -100,7 +100,7 @@ def validated(
         if not np.array_equal([K.lo, K.hi], [whole.lo, whole.hi]):
             told = f"validate: expected a system with the K of the model, {K.lo} .. {K.hi}; got "
             raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
-        start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
+    start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
@@ -112,7 +112,8 @@ def validated(
         K = query.model.domain
         others = levels_of(sets, seeds, seeds.uniform(K.lo, K.hi, (TRIED, K.n)))[1].min(axis=1)
         first = first_set(others, len(sets), asked.tests, least)
-        trial, tests = by_recordings(source, sets, draws, first), entry_of(TESTS, source)
+        trial = by_recordings(source, sets, draws, first)._replace(start=start)
+        tests = entry_of(TESTS, source)
     else:
         plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]
         others = level(sets, *np.split(plans[0], [query.model.n_p], axis=1))

@@ -12,7 +12,7 @@ from parc_jax.common.spelling import hex_floats, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.measure import Scores
-from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.batch import FAILED, RolloutBatch
 from parc_jax.learning.runs.groups import NAMED
 from parc_jax.learning.runs.independent import (
     LEVEL,
@@ -48,6 +48,11 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
     if repeated:
         raise InputError(
             f"holdout: {repeated} of {len(scores.ids)} runs occur twice; remove the copies."
+        )
+    if gone := dict(scores.law.parameters).get(FAILED):
+        raise InputError(
+            "holdout: expected a log with its failed runs, each of which counts as one that leaves "
+            f"the tube; {gone}, by `finite`. Pass the runs as they were logged."
         )
     if scores.law.k_law == "uniform":
         # the law of a seed is that of the program itself: refuse hardly ever by chance
@@ -344,7 +349,5 @@ def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:
     """Whether these are disjoint rows of one source; two files of one name share rows."""
-    source = scores.law.generator, scores.seed, scores.stage
-    same = source == (train.law.generator, train.seed, train.stage)
-    log = joined_source([scores])[0] == joined_source([train])[0]
-    return same and log and not np.isin(scores.rows, train.rows).any()
+    of = [(x.law.generator, x.seed, x.stage, joined_source([x])[0]) for x in (scores, train)]
+    return of[0] == of[1] and not np.isin(scores.rows, train.rows).any()

@@ -16,14 +16,16 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.checker.claim import STARTS
+from parc_jax.checker.claim import OURS, STARTS
 from parc_jax.common.arrays import difference
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, derived, weaker
 from parc_jax.learning.bound.settings import GAP, check_gap
+from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
@@ -218,9 +220,13 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
     return float.fromhex(start["gap"])
 
 
-def trial_of(claim: ErrorClaim, system: System, key: jax.Array) -> StartTrial | None:
-    """The trial behind further runs of a claim's system; None where the claim tells of its own."""
-    seen = claim.evidence.get("start", {}).get("seen")
+def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial | None:
+    """The trial behind further runs; None where the claim tells of its own, on this very plant."""
+    if isinstance(system, RolloutBatch):  # recorded runs cannot be started elsewhere
+        return StartTrial(declared_gap(claim), None)
+    told = [pair for pair in claim.law.parameters if not pair[0].startswith(OURS)]
+    made_here = (claim.law.generator, told) == (system.name, [*law_of(system).parameters])
+    seen = claim.evidence.get("start", {}).get("seen") if made_here else None
     return try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None
 
 
@@ -240,8 +246,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     Last of all steps that change a tube: `update` starts from the gap in its evidence.
     """
     off = off_from_start(claim, trial)
-    gaps = claim.tube.halves_around(off, off)
-    both = zip(claim.tube.halves, gaps, strict=True)
+    both = zip(claim.tube.halves, claim.tube.halves_around(off, off), strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
     told = trial.said_in(claim.assumptions)
     return derived(weaker(claim, wider, start=trial.record), assumptions=told)

@@ -15,6 +15,8 @@ from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.groups import group_numbers
 from parc_jax.learning.runs.law import (
     FITTED,
+    LEFT,
+    OURS,
     TO_ALL,
     TO_TRAINING,
     LawSpec,
@@ -23,6 +25,8 @@ from parc_jax.learning.runs.law import (
     subject,
 )
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
+
+FAILED = f"{OURS}failed runs"  # the parameter of the law of a log without them
 
 
 @struct.dataclass
@@ -113,9 +117,16 @@ class RolloutBatch:
 
     @property
     def finite(self) -> "RolloutBatch":
-        """The runs that did not fail; this very batch where none did."""
+        """The runs that did not fail; this very batch where none did. The law of logged ones then
+        says how many failed: such runs may train a network, and neither bound it nor test plans.
+        """
         failed = self.failed  # no cached_property: an object that refers to itself is freed late
-        return self.select(~failed) if failed.any() else self
+        kept = self.select(~failed) if failed.any() else self
+        if kept is self or self.seed is not None:
+            return kept
+        told = {**dict(self.law.parameters), FAILED: f"{int(failed.sum()):,}{LEFT}"}
+        law = dataclasses.replace(self.law, parameters=tuple(sorted(told.items())))
+        return dataclasses.replace(kept, law=law)
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
