@@ -8,6 +8,7 @@ so nothing compiles. Nothing is proved in exact arithmetic here; that is
 """
 
 import json
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,13 +61,15 @@ def main(options: Options) -> dict:
         problem = load_problem(options.scene, planner.model.points)
     measured: dict[str, list[float | None]] = {}
     for seed in range(-1, options.seeds):
+        begin = time.process_time()
         answer = planner.solve(
             problem,
             jax.random.PRNGKey(seed + 1),
             Settings(samples=1, target=options.target, work=options.work, proof=False),
         )
+        spent = {"processor time [s]": time.process_time() - begin}
         if seed >= 0:  # the first one compiles
-            for name, value in _facts(answer, options).items():
+            for name, value in (_facts(answer, options) | spent).items():
                 measured.setdefault(name, []).append(value)
     out = {name: _spread(values) for name, values in measured.items()}
     print(json.dumps(out, indent=1))

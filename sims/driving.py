@@ -118,7 +118,7 @@ class Driving(Options):
                 "poses the robot turns by less than half a turn, and accelerates by at most "
                 f"{self.acceleration!r} m/s² and "
                 f"{self.acceleration_turning!r} rad/s²; all that the body can touch at any height "
-                "stands in the plane of the lidar; what it sees no more "
+                "crosses the plane of the lidar; what it sees no more "
                 f"stays{f' for {self.age!r} s and the manoeuvre after' if self.age else ''}, and "
                 f"before the start {self.margin!r} m around the robot were looked at"
             )

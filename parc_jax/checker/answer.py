@@ -166,7 +166,8 @@ def summary(report):
     yield f"It is of {report.scene}."
     for text in report.said:
         yield f"  The file says of it, unchecked: {text}"
-    yield f"NOT PROVED: anything later than the {report.seconds} s of a plan"
+    if report.no_plan is None:
+        yield f"NOT PROVED: anything later than the {report.seconds} s of a plan"
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"

@@ -99,8 +99,7 @@ def in_chunks(n: int, size: int, call: Callable):
     if n < 1:
         raise InputError("runs: expected at least one; got none.")
     rows = np.minimum(np.arange(-(-n // size) * size), n - 1).reshape(-1, size)
-    parts = on_all_cores(call, rows)
-    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *on_all_cores(call, rows))
 
 
 def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):

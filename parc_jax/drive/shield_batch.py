@@ -93,9 +93,9 @@ class Driven(NamedTuple):
 class BatchShield:
     """`Shield` for batches of functional environments, as Brax and MJX have them: `start` after a
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
-    It decides as `Shield` does of exact poses, without certificates. It knows a lower bound of a
-    clearance, since its directions are not searched for: near the least that is asked it may be
-    warier; and no k on an edge between bins is safe to it. [T14, T28, T38]
+    It decides as a `Shield` without `uncertainty`, and has no certificates. It knows a lower bound
+    of a clearance, since its directions are not searched for: near the least that is asked it may
+    be warier; and no k on an edge between bins is safe to it. [T14, T28, T38]
 
     model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.

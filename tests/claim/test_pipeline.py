@@ -1,5 +1,6 @@
 """One pipeline: Python and the shell promise the same of the same runs, the start included."""
 
+import copy
 from fractions import Fraction
 
 import jax
@@ -186,7 +187,7 @@ def test_learn_takes_the_system_as_it_was_built(name):
     """The shell builds the one that these options name; here it would be ignored."""
     with pytest.raises(pj.InputError, match=rf"learn: expected {name}=None, .* got 'ice'. Build"):
         pj.learn(plant(noisy), KEY, **{name: "ice"})
-    built = plant(noisy)
+    built = copy.copy(plant(noisy))  # others use it, too
     object.__setattr__(built, name, "ice")
     with pytest.raises(pj.InputError, match="expected a random key"):  # past the names
         pj.learn(built, 0, **{name: "ice"})

@@ -245,9 +245,11 @@ def test_how_far_a_frame_may_have_drifted_in_all_is_told():
 
     done = [replace(one, drift=0.01, drifted=0.01 * (one.number + 1)) for one in driven(False)]
     off = "may have drifted by {} m since the episode began"
-    assert told(done)["drift"].endswith(f"by each pose, which {off.format(0.04)}")
-    assert told(done[3:])["drift"].endswith(off.format(0.04))
-    assert told(done, drift=0.02)["drift"].endswith(off.format(0.08))
+    name = "drift of the frame"
+    assert told(done)[name].endswith(f"told to be, in a frame that {off.format(0.04)}")
+    assert told(done[3:])[name].endswith(off.format(0.04))
+    assert told(done, drift=0.02)[name] == told(done[3:], drift=0.02)[name]
+    assert told(done, drift=0.02)[name].endswith(off.format(0.08))
     assert done[2].certificate()["meta"]["rests_on"][-1].endswith(off.format("0.03"))
     still = driven(False)
-    assert "drift" not in told(still) and "drift" not in str(still[0].certificate()["meta"])
+    assert name not in told(still) and "drift" not in str(still[0].certificate()["meta"])

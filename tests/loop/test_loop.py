@@ -399,7 +399,7 @@ def test_what_poses_may_be_off_with_some_probability_is_a_premise(line, eps):
         told = {name: value for name, _, value in part["premises"]}
         assert told.get("sensing", "").endswith(words) == bool(eps)
         # a certificate and the sentence of a loop say so, too
-        said = "with probability at most 0.05 each time what is measured is off by more"
+        said = "at most 0.05 each time that what is measured is off by more"
         one = driven[0].committed
         assert (said in one.loop) == (said in str(one.certificate()["meta"])) == bool(eps)
 

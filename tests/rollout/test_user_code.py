@@ -126,5 +126,19 @@ def test_chance_that_is_drawn_once_for_all_runs_is_refused(draw):
     def gusty(key, k):
         return pj.Trajectory(jnp.zeros((5, 2)).at[1:].set(draw()), k[:0])
 
-    with pytest.raises(InputError, match=r"robot: expected randomness from the key.*np\.random"):
-        pj.learning.collect(Robot(gusty), KEY, n=4, quiet=True)
+    robot = Robot(gusty)
+    for _ in range(2):  # it is found compiled in no call
+        with pytest.raises(
+            InputError, match=r"robot: expected randomness from the key.*np\.random"
+        ):
+            pj.learning.collect(robot, KEY, n=4, quiet=True)
+
+
+def test_chance_that_changes_no_run_is_nobody_s_business():
+    """A floor of a seed, drawn as a program is made; it is the same in each."""
+
+    def uneven(key, k):
+        random.seed(3)
+        return pj.Trajectory(jnp.zeros((5, 2)).at[1:].set(random.random()), k[:0])
+
+    pj.learning.collect(Robot(uneven), KEY, n=4, quiet=True)

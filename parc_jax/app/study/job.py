@@ -73,7 +73,8 @@ def run_study(
         require_same(system, model)
         trial_of(model.claim, system, key_of_trial(key))
     elif learn_from is not None and learn_from is not system:
-        try_starts(system, key_of_trial(key), study.bound.gap)
+        with watch("other starts"):
+            try_starts(system, key_of_trial(key), study.bound.gap)
 
     def first_query(model: TrajectoryModel, picture: bool = True) -> None:
         """Compile for the queries to come; with a picture, prove and draw the answer."""

@@ -35,7 +35,7 @@ from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
 from parc_jax.learning.bound.fresh import SEEN, entry_of, freshness_of, ledger_of, left_out_beside
-from parc_jax.learning.bound.start_gap import trial_of
+from parc_jax.learning.bound.start_gap import declared_gap, trial_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import seed_of
@@ -148,6 +148,7 @@ def _by_kept(answer: Answer) -> Validate | None:
         return None
     try:
         one_of_each(answer.model, held, np.random.default_rng(0))
+        declared_gap(answer.model.claim)
     except InputError:  # such as: they cannot be told from those of training
         return None
     return Validate(held)

@@ -200,7 +200,7 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
 def about_drift(drifted: float) -> str:
     """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
     off = f"may have drifted by {rounded_up(exact(drifted), 3)} m since the episode began"
-    return f"obstacles and a goal are where they are told in the frame by each pose, which {off}"
+    return f"obstacles and a goal are where they are told to be, in a frame that {off}"
 
 
 def require_shared(name: str, drifted: float) -> None:

@@ -61,8 +61,8 @@ def episode_part(
         n, most = len(commitments), rounded_up(min(1, len(commitments) * Fraction(eps)))
         said += f"{eps}" + f"; for all {n} at most {most}" * (n > 1)
         others.append(("sensing", ASSUMED, said))
-    if drifted := max(commitments[-1].drifted, drift * len(commitments)):
-        others.append(("drift", ASSUMED, about_drift(drifted)))
+    if drifted := max(commitments[-1].drifted, drift * (commitments[-1].number + 1)):
+        others.append(("drift of the frame", ASSUMED, about_drift(drifted)))
     rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
     if rests:
         least = min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on)

@@ -186,7 +186,7 @@ class Loop:
         of `moving`, all of whose parts are needed; None for always. After the manoeuvre's rest
         nothing is claimed of them: they may run into a robot that rests [T38]. drift: [m] by which
         the pose may be off against that at which the manoeuvre under way began, beside the
-        uncertainty of both; obstacles and goal are those in its frame by now: see them anew. gone:
+        uncertainty of both; obstacles and goal are told in the drifted frame: see them anew. gone:
         a FreeSpace, or its `gone`, for the sentence. least: [m] of clearance without which nothing
         is committed to. explain: say what the nearest candidate lacks where none is safe, which
         takes longer than the verdicts. goal: set in the world in which this manoeuvre is proved to

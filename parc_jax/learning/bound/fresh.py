@@ -44,15 +44,14 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             "holdout: expected a K that these runs had no part in; it is the smallest box of their "
             "k. Declare it (domain=), split the runs, or pass the training runs to bound_error."
         )
-    repeated = len(scores.ids) - len(np.unique(scores.ids))
-    if repeated:
+    if copies := len(scores.ids) - len(np.unique(scores.ids)):
         raise InputError(
-            f"holdout: {repeated} of {len(scores.ids)} runs occur twice; remove the copies."
+            f"holdout: {copies} of {len(scores.ids)} runs occur twice; remove the copies."
         )
-    if gone := dict(scores.law.parameters).get(FAILED):
+    if FAILED in dict(scores.law.parameters):
         raise InputError(
             "holdout: expected a log with its failed runs, each of which counts as one that leaves "
-            f"the tube; {gone}, by `finite`. Pass the runs as they were logged."
+            "the tube; got one without, of `finite`. Pass the runs as they were logged."
         )
     if scores.law.k_law == "uniform":
         # the law of a seed is that of the program itself: refuse hardly ever by chance

@@ -118,15 +118,14 @@ class RolloutBatch:
     @property
     def finite(self) -> "RolloutBatch":
         """The runs that did not fail; this very batch where none did. The law of logged ones then
-        says how many failed: such runs may train a network, and neither bound it nor test plans.
+        says so: such runs may train a network, and neither bound it nor test plans.
         """
         failed = self.failed  # no cached_property: an object that refers to itself is freed late
         kept = self.select(~failed) if failed.any() else self
         if kept is self or self.seed is not None:
             return kept
-        told = {**dict(self.law.parameters), FAILED: f"{int(failed.sum()):,}{LEFT}"}
-        law = dataclasses.replace(self.law, parameters=tuple(sorted(told.items())))
-        return dataclasses.replace(kept, law=law)
+        told = tuple(sorted({*self.law.parameters, (FAILED, f"all{LEFT}")}))
+        return dataclasses.replace(kept, law=dataclasses.replace(self.law, parameters=told))
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""

@@ -32,6 +32,7 @@ from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system, points_of, rotation_of
 from parc_jax.learning.systems.chained import Chained
 from parc_jax.learning.systems.content import with_digest
+from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
 _log = logging.getLogger(__name__)
@@ -77,22 +78,13 @@ def collect(
 
 
 def stream_rollouts(
-    system,
-    key: jax.Array,
-    n: int,
-    stage: Stage = Stage.TRAIN,
-    *,
-    k=None,
-    first_row=0,
-    dtype=np.float64,
-    chunk=None,
-    path=None,
-    quiet=False,
+    system, key: jax.Array, n: int, stage=Stage.TRAIN, *, chunk=None, path=None, quiet=False, **rows
 ) -> Iterator[RolloutBatch]:
     """The batches of `collect` chunk by chunk, in order, in bounded memory, on several workers.
-    path: a folder for the chunks. Raises InputError, also when the system changes while it runs.
+    path: a folder for the chunks. rows: k, first_row, dtype, as there. Raises InputError, also when
+    the system changes while it runs.
     """
-    work = _Work(system, key, n, stage, k, first_row, dtype)
+    work = _Work(system, key, n, stage, **rows)
     return _streamed(work, work.chunk(chunk, path), path, quiet)
 
 
@@ -104,9 +96,9 @@ class _Work:
     key: jax.Array
     n: int
     stage: Stage
-    k: Any
-    first_row: int
-    dtype: Any
+    k: Any = None
+    first_row: int = 0
+    dtype: Any = np.float64
 
     def __post_init__(self) -> None:
         system, k = self.system, self.k
@@ -212,6 +204,7 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
     _log.info("%s: %d rows in %d chunks", title, n, len(chunks))
     with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
         done = run_chunks(one, len(chunks), devices, store, count_losses=not sim.traceable)
+        early = None  # a run that did not fail, and its row
         for rows, arrays in zip(chunks, done, strict=True):
             size = min(chunk, first_row + n - int(rows[0]))
             _log.info("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
@@ -230,14 +223,14 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
                 labels=labels_of(system),
                 given=given_of(system),
             )
-            if rows is chunks[0]:
-                whole = np.flatnonzero(~batch.failed)[:1]
-                early = {name: array[whole] for name, array in arrays.items()}
-            if rows is chunks[-1] and len(whole) and not sim.traceable:
-                anew = work.simulate(chunks[0][whole], devices[0])
+            if early is None and not batch.failed.all():
+                at = np.flatnonzero(~batch.failed)[:1]
+                early = rows[at], {name: array[at] for name, array in arrays.items()}
+            if rows is chunks[-1] and early is not None and isinstance(system, PythonSystem):
+                anew = work.simulate(early[0], devices[0])
                 # a machine that goes away, or a run that is stopped as slow, tells nothing
                 if all(np.isfinite(anew[name]).all() for name in ("p", "q")):
-                    require_same_runs(system.name, early, anew, system)
+                    require_same_runs(system.name, early[1], anew, system)
             yield batch
 
 

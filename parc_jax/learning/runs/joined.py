@@ -48,8 +48,7 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
             lost[begin:at] = 0 if batch.lost is None else batch.lost
     if at != n:
         raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
-    shared = n - len(np.unique(whole["rows"]))
-    if shared:
+    if shared := n - len(np.unique(whole["rows"])):
         raise InputError(
             f"concatenate: expected each row of {first.name} once; {shared:,} of {n:,} occur "
             "again. Two files of one name number their rows, and their groups, anew: load all "

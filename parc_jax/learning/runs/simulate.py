@@ -1,6 +1,5 @@
 """Random-stream rows -> parameters, trajectories: a compiled program per system and chunk shape."""
 
-import pickle
 import random
 import threading
 
@@ -106,16 +105,24 @@ class Simulator:
                 if shape not in self._compiled:
                     before = _global_chance()
                     result = run()
-                    if _global_chance() != before:
-                        raise InputError(
-                            f"{self.system.name}: expected randomness from the key alone; the "
-                            "system draws from `random` or `np.random` as it is compiled, once "
-                            "for all runs. Draw with jax.random, from its key."
-                        )
+                    if _global_chance() != before:  # perhaps by another thread, or from a seed
+                        self._require_again(result, run)
                     self._compiled.add(shape)
                     self._content = content_of(self.system)
                     return result
         return run()
+
+    def _require_again(self, result, run) -> None:
+        """Raises InputError where what `run` gives is another when it is compiled anew."""
+        jax.clear_caches()
+        pairs = zip(jax.tree.leaves(result), jax.tree.leaves(run()), strict=True)
+        if not all(np.array_equal(one, two, equal_nan=True) for one, two in pairs):
+            jax.clear_caches()  # else the next call finds it compiled
+            raise InputError(
+                f"{self.system.name}: expected randomness from the key alone; the system draws "
+                "from `random` or `np.random` as it is compiled, once for all runs. Draw with "
+                "jax.random, from its key."
+            )
 
     def _run(self, rows: ToRun, device) -> Trajectory | Retried:
         with jax.enable_x64(self.double):
@@ -205,8 +212,8 @@ def is_traceable(system) -> bool:
     return not callable(getattr(system, "rollout_batch", None))
 
 
-def _global_chance() -> bytes:
-    return pickle.dumps((random.getstate(), np.random.get_state()))  # noqa: NPY002
+def _global_chance() -> str:
+    return f"{random.getstate()} {np.random.get_state()}"  # noqa: NPY002
 
 
 def uniform(key, lo, hi):

@@ -139,8 +139,9 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     at the start: no plan chooses it, unless the query calls it free. [T37]
     """
     names = [name_of(label) for label in model.labels.k]
-    pairs = {f"uncertainty {x}": getattr(uncertainty, x, ()) for x in ("given", "unknown")}
-    stated = [axis for word in pairs for axis in _by_axis(word, pairs[word], names)]
+    known = uncertainty or Uncertainty()
+    stated = _by_axis("uncertainty given", known.given, names)
+    stated = stated | _by_axis("uncertainty unknown", known.unknown, names)
     missing = [names[axis] for axis in model.given if axis not in stated]
     if missing:
         raise InputError(
@@ -287,8 +288,8 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
     parts += [p.words for p in executions.parameters if p.source is not None]
     said = "; ".join(parts) or "everything exactly as it was told"
     if eps := uncertainty.sensing_eps:
-        most = f"with probability at most {rounded_up(eps)} each time"
-        said += f"; {most} what is measured is off by more"
+        most = f"but for a probability of at most {rounded_up(eps)} each time"
+        said += f", {most} that what is measured is off by more"
     return said
 
 
