@@ -458,7 +458,7 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
         "nothing is touched. Assumed: that it rests at its end, where its prediction moves by"
         in said
     )
-    assert "all that the body can touch at any height stands in the plane of the lidar" in said
+    assert "all that the body can touch at any height crosses the plane of the lidar" in said
     for words in (
         "a body (point 0 grown by 0.2 m) among",
         "its measured start is exact: ",
