@@ -301,7 +301,9 @@ def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = Fa
     model, n_p = scene.model, scene.model.n_p
     if not len(plans):
         return np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros((0, model.time.n_steps + 1, 3))
-    u, fan = _ball(n_p)
+    u = all_around(n_p).astype(float)  # directions, and triangles between them
+    flat = np.array([[0, i, i + 1] for i in range(1, len(u) - 1)])
+    fan = flat if n_p == 2 else convex_hull(u).simplices
     path = paths_of(model, plans[:, :n_p], plans[:, n_p:])
     places = by_point(path, model.n_points)
     last = places.shape[1] - 1
@@ -327,14 +329,6 @@ def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = Fa
     faces = fan + len(u) * np.arange(len(hulls))[:, None, None]
     way = shapes.in_world(places[:, :, 0], scene.nominal.pose)
     return hulls.reshape(-1, 3), faces.reshape(-1, 3), way
-
-
-def _ball(n_p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (d, n_p) all around, and triangles between them."""
-    u = all_around(n_p).astype(float)
-    if n_p == 2:
-        return u, np.array([[0, i, i + 1] for i in range(1, len(u) - 1)])
-    return u, convex_hull(u).simplices
 
 
 def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait: bool = True):

@@ -354,7 +354,12 @@ def windows(
     gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)
     pose[at > following[:, None]] = np.nan  # poses behind the next command are of another run
     short = at[:, -1] > ends
-    return Windows(np.concatenate([given, commands[first]], axis=1), _from_start(pose), short, gaps)
+    moved = pose - pose[:, :1]  # relative to the first of each run
+    cosine, sine = np.cos(pose[:, :1, 2]), np.sin(pose[:, :1, 2])
+    ahead = cosine * moved[..., 0] + sine * moved[..., 1]
+    left = cosine * moved[..., 1] - sine * moved[..., 0]
+    pose = np.stack([ahead, left, moved[..., 2]], axis=-1)
+    return Windows(np.concatenate([given, commands[first]], axis=1), pose, short, gaps)
 
 
 def _interpolated(
@@ -371,12 +376,3 @@ def _interpolated(
     exact = (at == times[right]) | (at == times[right - 1])
     unknown = (at < times[0]) | (at > times[-1]) | ((wide > bridge * 1e9) & ~exact)
     return np.where(unknown[..., None], np.nan, found)
-
-
-def _from_start(pose: np.ndarray) -> np.ndarray:
-    """Poses (m, t, 3) relative to the first of each run."""
-    moved = pose - pose[:, :1]
-    cosine, sine = np.cos(pose[:, :1, 2]), np.sin(pose[:, :1, 2])
-    ahead = cosine * moved[..., 0] + sine * moved[..., 1]
-    left = cosine * moved[..., 1] - sine * moved[..., 0]
-    return np.stack([ahead, left, moved[..., 2]], axis=-1)

@@ -59,7 +59,11 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     out: dict[str, list[Heard]] = {topic: [] for topic in topics}
     try:
         with reader([path], default_typestore=plain) as bag:
-            _require_topics(path, topics, {c.topic: c.msgtype for c in bag.connections})
+            listed = sorted(f"{c.topic} ({c.msgtype})" for c in bag.connections)
+            if missing := {*topics} - {c.topic for c in bag.connections}:
+                more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
+                has = f"{', '.join(listed[:SHOWN]) or 'none'}{more}"
+                raise InputError(f"{path}: expected a topic {min(missing)}; it has {has}.")
             wanted = [c for c in bag.connections if c.topic in out]
             for connection, recorded, data in bag.messages(connections=wanted):
                 message = bag.deserialize(data, connection.msgtype)
@@ -79,17 +83,6 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
                 f"{len(messages)}."
             )
     return out
-
-
-def _require_topics(path: Path, topics: Sequence[str], there: dict[str, str]) -> None:
-    for topic in topics:
-        if topic not in there:
-            listed = [f"{name} ({kind})" for name, kind in sorted(there.items())]
-            more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
-            raise InputError(
-                f"{path}: expected a topic {topic}; it has {', '.join(listed[:SHOWN]) or 'none'}"
-                f"{more}."
-            )
 
 
 def value_at(message, path: str, topic: str) -> float:

@@ -98,8 +98,9 @@ class Seen:
         still, per_speed, most = REACH
         reach = min(still + per_speed * abs(speeds[0]), most)
         try:
+            x, y, heading = scan.pose
             seen = pj.problem.seen_from(
-                scan.pose,
+                (x, y, math.remainder(heading, 2 * math.pi)),
                 scan.angles,
                 scan.ranges,
                 max_range=scan.max_range,

@@ -1,5 +1,6 @@
 """Messages of maps, scans and moving obstacles as free space and as obstacles. [T38]"""
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -82,6 +83,8 @@ def seen_in(
         angles, ranges = angles[keep], ranges[keep]
     limits = {"max_range": message.range_max, "noise": noise + between[0], "width": width}
     off = {"uncertainty": uncertainty, "angle_error": between[1]}
+    x, y, heading = pose
+    pose = x, y, math.remainder(heading, 2 * math.pi)
     return seen_from(pose, angles, ranges, **off, **limits)
 
 

@@ -53,7 +53,11 @@ def test_near_a_place_nothing_is_known_beyond():
         (np.zeros((3, 3), int), {"resolution": np.nan}, "resolution"),
         (np.zeros((3, 3), int), {"origin": (0, 0)}, "origin"),
         (np.zeros((3, 3), int), {"origin": (1e6, 0, 0)}, "within 100000 m"),
+        (np.zeros((3, 3), int), {"origin": (0, 0, 90.0)}, "origin's yaw: .*got 90. Is it in deg"),
         (np.zeros((0, 3), int), {}, "rows of cells"),
+        # a wall of ones would be occupied with 1 %
+        (np.array([[0, 1, 0]]), {}, "expected percent, .*the largest number is 1"),
+        (np.array([[0, 1, -1]]), {}, "Multiply a mask of 0 and 1 by 100"),
         (np.ma.array(np.zeros((2, 2), int), mask=[[1, 0], [0, 0]]), {}, "some of them masked"),
     ],
 )

@@ -64,6 +64,16 @@ def test_a_transparent_colour_is_unknown(tmp_path):
         load_map(tmp_path / "map.yaml")
 
 
+@pytest.mark.parametrize("more", ["", "mode: raw\n"])
+def test_a_mask_of_0_and_1_is_refused(tmp_path, more):
+    """Its walls would be free: shades of 1 of 255, or 1 %."""
+    mask = np.zeros((3, 4), np.uint8)
+    mask[1] = 1
+    for negate in (0,) if more else (0, 1):
+        with pytest.raises(InputError, match=r"map\.yaml: expected percent, or shades up to white"):
+            written(tmp_path, mask, negate=negate, more=more)
+
+
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
 def test_what_is_transparent_is_unknown(tmp_path, mode):
     pixels = np.full((1, 3, 4), 255, np.uint8)

@@ -92,6 +92,10 @@ def test_geojson_and_lines_are_read():
         ([[0, 0], [np.nan, 1], [1, 0]], "expected finite numbers"),
         ({"type": "Point", "coordinates": [0, 0]}, "expected polygons and lines; got a Point"),
         ({"kind": "Polygon"}, "expected a GeoJSON geometry"),
+        (
+            {"type": "Polygon", "crs": {"properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}},
+            "expected metres; got a crs in degrees",
+        ),
         ({"type": "FeatureCollection", "features": []}, "expected at least one polygon or line"),
         ([[0, 0], [1e6, 0], [0, 1]], "coordinates up to 100000 m"),
     ],

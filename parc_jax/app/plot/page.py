@@ -282,7 +282,7 @@ def episode_data(stage: Stage) -> dict:
         "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
         "spans": [any(one.problem.all_spans) for one in stage.driven.manoeuvres],
         "standing": _rounded(truth.standing),
-        "seen": [[float(time), _rings(region)] for time, region in truth.free],
+        "seen": [[float(time), [*map(_rings, polygons(region))]] for time, region in truth.free],
         "reasons": reasons(stage.driven.meta),
     }
 
@@ -307,12 +307,9 @@ def _manoeuvre(one: Shown) -> dict:
     }
 
 
-def _rings(region) -> list:
-    """Of each part of a Shapely region its outline, then those of its holes."""
-    return [
-        _rounded([ring.coords for ring in (part.exterior, *part.interiors)])
-        for part in polygons(region)
-    ]
+def _rings(part) -> list:
+    """Of a Shapely polygon its outline, then those of its holes."""
+    return _rounded([ring.coords for ring in (part.exterior, *part.interiors)])
 
 
 def _rounded(places) -> list:

@@ -2,6 +2,7 @@
 system, K, time grid, reference points.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from itertools import chain
@@ -47,6 +48,7 @@ GIVEN = "given "  # begins that of values
 LEFT = " left out"  # ends the number of windows that are no runs
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
+OTHER_UNITS = ("mm", "cm", "km", "ft", "deg", "degrees", "°")  # at a label's end, in any brackets
 STATED = ("system", "rotation", "given")  # of a subject, what a log does not state
 
 
@@ -203,7 +205,8 @@ class Subject:
         units = [(label, "m") for label in self.labels.p]
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
-            if unit_of(label) not in ("", unit):
+            last = re.split(r"[ _(]", label.rstrip(")"))[-1]
+            if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
                 raise InputError(
                     f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
                     f"{label!r}. Tell the numbers and their label in {unit}."

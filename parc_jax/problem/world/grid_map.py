@@ -10,7 +10,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, reading
 from parc_jax.problem.world.free_space import FreeSpace, place_of
-from parc_jax.problem.world.outlines import FARTHEST, package
+from parc_jax.problem.world.outlines import FARTHEST, package, require_turn
 
 LARGEST_COST = 254  # of costmap_2d: lethal; 253 inscribed, 255 no information
 INSCRIBED = 99  # what costmap_2d publishes for 253
@@ -81,6 +81,7 @@ def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.Arra
     """A validated map. Raises InputError, which begins with `name`."""
     resolution = float(as_float64(f"{name} resolution", resolution, ()))
     x, y, yaw = (float(v) for v in as_float64(f"{name} origin (x, y, yaw)", origin, (3,)))
+    require_turn(f"{name} origin's yaw", yaw)
     free = np.array(free, bool)
     if free.ndim != 2 or not free.size or resolution <= 0:
         raise InputError(
@@ -132,7 +133,17 @@ def occupancy_grid(
             f"{CALL}: expected a map; the value {value} is one of an inflated costmap. Take the "
             "static map that it was made of (topic /map)."
         )
+    _require_percent(CALL, cells.max(initial=0))
     return grid_map(CALL, (cells >= 0) & (cells / 100 < FREE_THRESH), resolution, origin)
+
+
+def _require_percent(name: str, largest: float) -> None:
+    """Raises InputError for a mask of 0 and 1, whose walls would be occupied with 1 %."""
+    if 0 < largest <= 1:
+        raise InputError(
+            f"{name}: expected percent, or shades up to white; the largest number is 1. Multiply "
+            "a mask of 0 and 1 by 100, its picture by 255."
+        )
 
 
 def _rectangles(cells: np.ndarray) -> np.ndarray:
@@ -180,6 +191,7 @@ def load_map(path: str | Path) -> GridMap:
             f"{mode!r:.20} and {said['negate']!r:.20}."
         )
     colours, alpha = _pixels(path, path.parent / str(said["image"]))
+    _require_percent(str(path), colours.max(initial=0.0) * 255)
     occupied = _occupied(colours, alpha, mode, bool(said["negate"]))
     return grid_map(str(path), (occupied < free)[::-1], said["resolution"], said["origin"])
 

@@ -65,7 +65,8 @@ def moving(
     # "no plan is safe" is of these places, which are more than where it will be
     most, wide = f"{float(off_by)!r} m/s", counted(every, "interval")
     speed = f"within {most} of the velocity told" if v.any() else f"no faster than {most}"
-    said = f"Who moves is {speed}, and told of as all of its places in {wide}."
+    when = "" if at is not None else "stands as told when a plan begins, "
+    said = f"Who moves {when}is {speed}, and told of as all of its places in {wide}."
     spans = spans_of(first, last, every, dt, at, said=said if off_by or v.any() else "")
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))

@@ -66,6 +66,15 @@ def require_near(name: str, places: np.ndarray) -> None:
         )
 
 
+def require_turn(name: str, heading: float) -> None:
+    """Raises InputError for a heading [rad] beyond a full turn."""
+    if abs(heading) > 2 * np.pi:
+        raise InputError(
+            f"{name}: expected rad, within a full turn; got {heading:g}. Is it in degrees? One "
+            "that counts turns: math.remainder(heading, 2 * math.pi)."
+        )
+
+
 def _read(name: str, value: object, shapely: ModuleType):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
@@ -73,6 +82,8 @@ def _read(name: str, value: object, shapely: ModuleType):
         if len(corners) < 3:
             raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
         return shapely.Polygon(corners)
+    if any(word in str(value.get("crs")) for word in ("CRS84", "4326")):
+        raise InputError(f"{name}: expected metres; got a crs in degrees. Project it first.")
     features = value.get("features", [value])
     kinds = f"a GeoJSON geometry, feature or collection, not {value!r:.60}"
     with reading(name, kinds, Exception):  # whatever Shapely makes of a foreign dict

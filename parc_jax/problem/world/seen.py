@@ -8,7 +8,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.free_space import Beams, FreeSpace, shrunk
-from parc_jax.problem.world.outlines import package, require_near
+from parc_jax.problem.world.outlines import package, require_near, require_turn
 
 CALL = "seen_from"
 SAME = 1e-6  # [rad] beams closer than this at the seam of a full turn are one
@@ -29,7 +29,7 @@ def seen_from(
     """The region that one scan proves free; added to an older region, it refutes parts of that.
     Raises InputError.
 
-    pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame.
+    pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame; heading within a full turn.
     angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
     ranges: (n,) [m] finite; max_range or more: no return, free up to there; 0: failed or blocked.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
@@ -49,6 +49,7 @@ def seen_from(
     """
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
+    require_turn(f"{CALL} heading", pose[2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
     max_range, noise, width, angle_error, tolerance = as_float64(
         f"{CALL} max_range, noise, width, angle_error, tolerance",

@@ -133,8 +133,7 @@ class Complex:
     """All faces of dimension 0..n. Mutable; lives only inside the subdivision.
 
     x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. bits: exact signs.
-    a, b: ends of the edges (edge 0 is a dummy).
-    levels[k]: faces of dimension k = 2..n.
+    a, b: ends of the edges (edge 0 is a dummy). levels[k]: faces of dimension k = 2..n.
     radius[k]: of all k-faces, see rounding.py; rho: of the vertices. home[k]: cell of the complex
         at the start of the layer that contains each k-face.
     label: column of the hyperplane that carries each (n-1)-face.

@@ -208,9 +208,8 @@ def rewarm(row: tuple, best: Best, shared: tuple) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
     farther and farther away. Kernel.
 
-    row: scene, its number, earlier plans. shared: (about, key).
-    Proposal i < w is plan i itself, moved as little as goal and start require; the others vary k
-    and have the same end.
+    row: scene, its number, earlier plans. shared: (about, key). Proposal i < w is plan i itself,
+    moved as little as goal and start require; the others vary k and have the same end.
     """
     scene, number, plans = row
     about, key = shared

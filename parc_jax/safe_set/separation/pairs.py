@@ -314,9 +314,8 @@ class Alike(NamedTuple):
     """The pairs of a scene grouped by shared normals: boxes of a map, one obstacle at many times.
     The projections of a plan are computed once per group. [T14, T20]
 
-    order (o,): pairs, group by group.
-    first (o + 1,): where each group begins in `order`, and the last one ends.
-    kinds (): number of groups.
+    order (o,): pairs, group by group. kinds (): number of groups. first (o + 1,): where each group
+    begins in `order`, and the last one ends.
     """
 
     order: np.ndarray
