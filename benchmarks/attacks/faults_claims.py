@@ -59,7 +59,7 @@ COUNTS = (
     ),
     Fault(
         "supported_eps_rounded_down",
-        "supported_eps",
+        "_round_up",
         "ceil(eps / unit + 1e-9)",
         "floor(eps / unit)",
         "tests/claim/test_counts.py::test_the_supported_eps_is_supported_and_nearly_the_smallest",

@@ -120,16 +120,6 @@ def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
     return buffer.getvalue()
 
 
-def _caption(answer, sample: int, true: bool) -> str:
-    """System, sample, parameters by name, and whether it is a run or a prediction."""
-    model = answer.model
-    k = answer.samples[sample][model.n_p :]
-    pairs = zip(model.labels.k, k, strict=True)
-    words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in pairs]
-    shown = "true run" if true else "prediction of the model"
-    return f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
-
-
 class _Canvas:
     """A figure whose image is taken. rate: [frames/s]. colours: of a .gif."""
 
@@ -168,7 +158,10 @@ class _PlanCanvas(_Canvas):
             self.sides = [_Side(answer, view, path, error, self.run) for view in views]
             ratios = [(side.hi - side.lo)[0] / (side.hi - side.lo)[1] for side in self.sides]
             axes = self.figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
-            caption = _caption(answer, sample, run is not None)
+            k = zip(model.labels.k, answer.samples[sample][model.n_p :], strict=True)
+            words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in k]
+            shown = "prediction of the model" if run is None else "true run"
+            caption = f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
             self.figure.suptitle(caption, x=0.01, ha="left", fontsize=9.5)
             self.clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)

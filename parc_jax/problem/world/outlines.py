@@ -66,11 +66,11 @@ def require_near(name: str, places: np.ndarray) -> None:
         )
 
 
-def require_turn(name: str, heading: float) -> None:
-    """Raises InputError for a heading [rad] beyond a full turn."""
-    if abs(heading) > 2 * np.pi:
+def require_turn(name: str, heading: float, turns: int = 1) -> None:
+    """Raises InputError for a heading [rad] of more turns."""
+    if abs(heading) > (most := 2 * np.pi * turns):
         raise InputError(
-            f"{name}: expected rad, within a full turn; got {heading:g}. Is it in degrees? One "
+            f"{name}: expected rad, at most {most:.4g}; got {heading:g}. Is it in degrees? One "
             "that counts turns: math.remainder(heading, 2 * math.pi)."
         )
 

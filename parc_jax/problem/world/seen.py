@@ -29,7 +29,7 @@ def seen_from(
     """The region that one scan proves free; added to an older region, it refutes parts of that.
     Raises InputError.
 
-    pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame; heading within a full turn.
+    pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame; of ten turns at most.
     angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
     ranges: (n,) [m] finite; max_range or more: no return, free up to there; 0: failed or blocked.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
@@ -49,7 +49,7 @@ def seen_from(
     """
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
     require_near(f"{CALL} pose", pose[:2])
-    require_turn(f"{CALL} heading", pose[2])
+    require_turn(f"{CALL} heading", pose[2], 10)  # of odometry that counts them
     angles = as_float64(f"{CALL} angles", angles, (None,))
     max_range, noise, width, angle_error, tolerance = as_float64(
         f"{CALL} max_range, noise, width, angle_error, tolerance",

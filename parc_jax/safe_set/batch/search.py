@@ -99,7 +99,11 @@ def search_batch(
     found; plans proposed (s,); seconds of the lowering to arrays. Raises InputError.
     """
     begin = time.perf_counter()
-    classes = _size_classes(problems, model)
+    if isinstance(problems, BoxScenes):
+        some = np.arange(len(problems))
+        classes = [SizeClass(some, lay_out_boxes(problems, model))] if len(some) else []
+    else:
+        classes = stack_problems(problems, model)
     s = sum(len(one.rows) for one in classes)
     dims = model.n_p + model.n_k
     numbers = _numbers(numbers, s)
@@ -145,14 +149,6 @@ def search_batch(
 def problem_of(problems: Problems, row: int) -> Problem:
     """One problem of a batch, as `Planner.solve` takes it."""
     return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
-
-
-def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]:
-    if isinstance(problems, BoxScenes):
-        if not len(problems):
-            return []
-        return [SizeClass(np.arange(len(problems)), lay_out_boxes(problems, model))]
-    return stack_problems(problems, model)
 
 
 def passes(rounds: int) -> Iterator[tuple[int, int]]:
