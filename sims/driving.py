@@ -123,7 +123,10 @@ class Driving(Options):
                 f"before the start {self.margin!r} m around the robot were looked at"
             )
         size, speed = self.mover_radius, self.mover_speed
-        moving = f"all are told, within {size!r} m, no faster than {speed!r} m/s"
+        moving = (
+            f"all are told, at most {self.stale!r} s before, within {size!r} m, no faster than "
+            f"{speed!r} m/s; nobody has come since"
+        )
         return {
             "measured poses": (
                 f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "

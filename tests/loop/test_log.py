@@ -244,7 +244,7 @@ def test_how_far_a_frame_may_have_drifted_in_all_is_told():
         return {name: value for name, _, value in episode_part(done, **known)["premises"]}
 
     done = [replace(one, drift=0.01, drifted=0.01 * (one.number + 1)) for one in driven(False)]
-    off = "may have drifted by {} m since the episode began"
+    off = "may have turned, and drifted by {} m where the robot is, since the episode began"
     name = "drift of the frame"
     assert told(done)[name].endswith(f"told to be, in a frame that {off.format(0.04)}")
     assert told(done[3:])[name].endswith(off.format(0.04))

@@ -34,6 +34,15 @@ def test_the_lowest_row_comes_first_and_205_is_unknown(tmp_path):
     assert grid.free_space().region.bounds == pytest.approx((-1.0, 2.0, -0.8, 2.1))
 
 
+def test_205_is_unknown_whatever_the_threshold(tmp_path):
+    """map_saver writes 205 where nobody was, and beside it a free_thresh below which it is."""
+    written(tmp_path, GREYS)
+    told = (tmp_path / "map.yaml").read_text().replace("free_thresh: 0.196", "free_thresh: 0.25")
+    (tmp_path / "map.yaml").write_text(told)
+    grid = load_map(tmp_path / "map.yaml")
+    assert grid.free.tolist() == [[True, False, False, True], [True, False, True, False]]
+
+
 def test_negate_turns_black_and_white(tmp_path):
     grid = written(tmp_path, GREYS, negate=1)
     assert grid.free.tolist() == [[False] * 4, [False, False, False, True]]

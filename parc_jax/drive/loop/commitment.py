@@ -199,8 +199,11 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
 
 def about_drift(drifted: float) -> str:
     """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
-    off = f"may have drifted by {rounded_up(exact(drifted), 3)} m since the episode began"
-    return f"obstacles and a goal are where they are told to be, in a frame that {off}"
+    off = (
+        f"drifted by {rounded_up(exact(drifted), 3)} m where the robot is, since the episode began"
+    )
+    told = "obstacles and a goal are where they are told to be"
+    return f"{told}, in a frame that may have turned, and {off}"
 
 
 def require_shared(name: str, drifted: float) -> None:

@@ -15,6 +15,7 @@ from parc_jax.problem.world.outlines import FARTHEST, package, require_turn
 LARGEST_COST = 254  # of costmap_2d: lethal; 253 inscribed, 255 no information
 INSCRIBED = 99  # what costmap_2d publishes for 253
 FREE_THRESH = 0.196  # what map_server's documentation gives as an example
+UNKNOWN = 205  # grey of map_saver
 CALL = "occupancy_grid"
 
 
@@ -167,7 +168,8 @@ def load_map(path: str | Path) -> GridMap:
     """The map of a map_server YAML file, and the image (PGM, PNG, ...) that it names.
 
     Free are cells occupied with a probability p < free_thresh; the rest, occupied or unknown, is
-    not. p = 1 - shade, or the shade itself with `negate`; in the mode raw the value of a pixel is
+    not. p = 1 - shade, or the shade itself with `negate`; in the mode trinary 205 is unknown
+    whatever the threshold; in the mode raw the value of a pixel is
     p in percent, and above 100 it is unknown. Transparent pixels are unknown. In the mode trinary
     map_server averages the alpha channel with the colours: free is then a pixel that is free
     with and without it. The origin's yaw turns the map. Raises InputError.
@@ -229,6 +231,8 @@ def _occupied(
         occupied = np.where(value <= 100, value / 100, np.inf)
     else:
         occupied = shade if negate else 1 - shade
+    if mode == "trinary":  # map_saver's unknown, beside which it writes a free_thresh of 0.25
+        occupied = np.where(np.round(shade * 255) == UNKNOWN, np.inf, occupied)
     if alpha is None:
         return occupied
     if mode == "trinary":
