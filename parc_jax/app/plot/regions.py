@@ -107,7 +107,13 @@ def regions(
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(_name(names, axes[0]))
         ax.set_ylabel(_name(names, axes[1]))
-        style.explain(sheet, _handles(verdict, dots), 2, "upper left")
+        counts = [
+            (of, color, int((verdict == of).sum()))
+            for of, color in zip(OfRegion, COLORS, strict=True)
+        ]
+        shown = [style.patch(f"{of.text} ({n})", facecolor=color) for of, color, n in counts]
+        mark = style.mark("sample", color=style.BLACK, marker=".", linestyle="none")
+        style.explain(sheet, shown + [mark] * dots, 2, "upper left")
     return sheet.out
 
 
@@ -147,13 +153,3 @@ def _title(table, shown, names, axes, at) -> str:
     others = [i for i in range(len(at)) if i not in axes]
     fixed = ", ".join(f"{_name(names, i)} = {at[i]:.3g}" for i in others)
     return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"
-
-
-def _handles(verdict, dots: bool) -> list:
-    entries = [
-        style.patch(f"{of.text} ({int((verdict == of).sum())})", facecolor=color)
-        for of, color in zip(OfRegion, COLORS, strict=True)
-    ]
-    if dots:
-        entries.append(style.mark("sample", color=style.BLACK, marker=".", linestyle="none"))
-    return entries

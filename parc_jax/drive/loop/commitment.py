@@ -199,11 +199,9 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
 
 def about_drift(drifted: float) -> str:
     """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
-    off = (
-        f"drifted by {rounded_up(exact(drifted), 3)} m where the robot is, since the episode began"
-    )
+    off = f"may have turned, and drifted by {rounded_up(exact(drifted), 3)} m where the robot is"
     told = "obstacles and a goal are where they are told to be"
-    return f"{told}, in a frame that may have turned, and {off}"
+    return f"{told}, in a frame that {off}, since the episode began"
 
 
 def require_shared(name: str, drifted: float) -> None:

@@ -95,7 +95,11 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
         given=(),  # a measured parameter that is still there is free
         labels=valid_labels(model.n_p, model.n_q * n_v, len(chosen), named.p, q, k),
     )
-    bin_eps = _eps(model.claim, model.tube, axes)
+    bin_eps, known = None, model.claim.bin_eps
+    if known is not None:  # of a new bin the largest of the old ones that its runs may be in
+        least = np.array([np.inf if e is None else float(e) for e in known])
+        by_value = {float(e): e for e in known if e is not None}
+        bin_eps = tuple(by_value.get(float(e)) for e in widest(least, model.tube.grid, axes))
     # the law of k says nothing about parameters that no plan chooses
     not_drawn = [p.words for p in executions.parameters if p.source is not None]
     about = {"network_of_runs": model.claim.network, "not_drawn": not_drawn}
@@ -172,16 +176,6 @@ def _knots(values: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     knots = np.concatenate([start, values[:, : layout.n_offsets]], axis=1)
     shape = (len(values), layout.n_steps + 1, layout.n_points, layout.n_p, *rest)
     return knots.reshape(shape), values[:, layout.n_offsets :]
-
-
-def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
-    """One eps per new bin: the largest of the old bins that its executions may be in."""
-    if claim.bin_eps is None:
-        return None
-    known = np.array([np.inf if e is None else float(e) for e in claim.bin_eps])
-    which = widest(known, old.grid, axes)
-    by_value = {float(e): e for e in claim.bin_eps if e is not None}
-    return tuple(by_value.get(float(e)) for e in which)
 
 
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
