@@ -135,8 +135,7 @@ class BatchShield:
         self._rows = listed.listed_candidates(model, given, rows)
         listed.require_rest(model, self._rows, given)
         self._room, self._far, self._radius = as_float64("numbers", [room, far, radius], (3,))
-        # ranking: every other knot, and what errors take of each direction until then; the last
-        # interval alone, where a robot stands and what it creeps decides
+        # ranking: every other knot, what errors take until then; the last interval, of creep, alone
         last = model.time.n_steps
         knots = np.unique([*range(EVERY, last, EVERY), max(1, last - 1), last])
         kept = (2 * knots - np.array([[2], [1]])).ravel()
@@ -231,10 +230,11 @@ class BatchShield:
 
         def judged(state: tuple, of: tuple):
             (_, far, *_), (seen, asked) = state, of
-            away, near = jax.lax.top_k(-far, together)
+            # top_k sorts, which takes a processor as long as three judgements
+            near = far.argmin()[None] if together == 1 else jax.lax.top_k(-far, together)[1]
             k = jax.vmap(self._manoeuvre, (None, None, 0))(seen.given, asked.proposed, near)
             gap = jax.vmap(lambda k: self._clearance(seen, k, NEAREST))(k)
-            safe = jnp.isfinite(away) & (gap > 0) & (gap >= asked.least)
+            safe = jnp.isfinite(far[near]) & (gap > 0) & (gap >= asked.least)
             i, far = safe.argmax(), far.at[near].set(jnp.inf)  # the nearest of them that is
             more = ~safe.any() & jnp.isfinite(far).any()
             return more, far, k[i], jnp.where(safe[i], gap[i], -jnp.inf)
