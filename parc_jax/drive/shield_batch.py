@@ -1,7 +1,6 @@
 """The shield for batches of environments: pure functions of arrays, to be jitted. [T37, T38]"""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -33,7 +32,7 @@ from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all,
 TOGETHER = 8  # and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
-RANKED, EVERY, FAN = 4, 2, 32  # what ranking looks at: nearest obstacles, of knots, directions
+RANKED, EVERY, FAN = 4, 2, 128  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 5e-4  # [m] by which ranking may take a clearance for too small
 TINY = 1e-12  # [m], [m^2] a part of a way that is shorter is none: no division by zero
 
@@ -136,8 +135,9 @@ class BatchShield:
         self._rows = listed.listed_candidates(model, given, rows)
         listed.require_rest(model, self._rows, given)
         self._room, self._far, self._radius = as_float64("numbers", [room, far, radius], (3,))
-        # ranking: every other knot, and what errors take of each direction until then
-        knots = np.append(np.arange(EVERY, model.time.n_steps, EVERY), model.time.n_steps)
+        # ranking: every other knot, what errors take until then; the last interval, of creep, alone
+        last = model.time.n_steps
+        knots = np.unique([*range(EVERY, last, EVERY), max(1, last - 1), last])
         kept = (2 * knots - np.array([[2], [1]])).ravel()
         weights, biases = ((*x[:-1], x[-1][kept]) for x in (model.net.weights, model.net.biases))
         self._few = model.net.replace(weights=weights, biases=biases)
@@ -145,6 +145,8 @@ class BatchShield:
         ways = np.stack([abs(along - 2) - 1, abs((along - 1) % 4 - 2) - 1], axis=1)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         taken = np.stack([model.tube.errors.support(way)[..., 0] for way in ways], axis=-1)
+        # the least of three ways, for the right one lies between them
+        taken = np.min([np.roll(taken, i, axis=-1) for i in (-1, 0, 1)], axis=0)
         since = np.append(0, knots[:-1])
         self._taken = np.minimum.reduceat(taken, since, axis=1).astype(np.float32)
         # seen from the robot: a goal that holds every end, no obstacle yet
@@ -212,8 +214,8 @@ class BatchShield:
     def _decide(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """The manoeuvre under way from now on, whether another than the proposed one, a reason.
 
-        Boxes show most proposals safe, directions some more. Of the other environments all
-        manoeuvres are ranked in float32; the nearest is judged, until one is safe or none is left.
+        Boxes show most proposals safe. Of the other environments all manoeuvres are ranked in
+        float32; the nearest is judged, until one is safe or none is left.
         """
         finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
         last = last.replace(given=jnp.where(finite, seen.given, last.given))
@@ -221,31 +223,28 @@ class BatchShield:
         last = last.replace(left=left, clearance=jnp.where(left, -jnp.inf, last.clearance))
         k = jax.vmap(self._manoeuvre, (0, 0, None))(seen.given, proposed, 0)
         clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
-        far = jnp.full((len(k), len(self._rows)), jnp.inf).at[:, 0].set(0.0)
+        together = 1 if backend().in_turn else min(TOGETHER, len(self._rows))
 
-        def judged(state: tuple, of: tuple, together: int = 1):
+        def ranked(state: tuple, of: tuple):
+            return jnp.zeros((), bool), self._ranked(*of), *state[2:]
+
+        def judged(state: tuple, of: tuple):
             (_, far, *_), (seen, asked) = state, of
-            away, near = jax.lax.top_k(-far, together)
+            # top_k sorts, which takes a processor as long as three judgements
+            near = far.argmin()[None] if together == 1 else jax.lax.top_k(-far, together)[1]
             k = jax.vmap(self._manoeuvre, (None, None, 0))(seen.given, asked.proposed, near)
             gap = jax.vmap(lambda k: self._clearance(seen, k, NEAREST))(k)
-            safe = jnp.isfinite(away) & (gap > 0) & (gap >= asked.least)
+            safe = jnp.isfinite(far[near]) & (gap > 0) & (gap >= asked.least)
             i, far = safe.argmax(), far.at[near].set(jnp.inf)  # the nearest of them that is
             more = ~safe.any() & jnp.isfinite(far).any()
             return more, far, k[i], jnp.where(safe[i], gap[i], -jnp.inf)
 
-        def ranked(state: tuple, of: tuple):
-            far = self._ranked(*of)
-            return jnp.zeros((), bool), far, *state[2:]
-
         may, good = reason == 0, (reason == 0) & (clear > 0) & (clear >= self._room)
+        far = jnp.full((len(k), len(self._rows)), jnp.inf)
         state = may & ~good, far, k, jnp.where(good, clear, -jnp.inf)
-        nearest = partial(
-            judged, together=1 if backend().in_turn else min(TOGETHER, len(self._rows))
-        )
-        for one in (judged, ranked, nearest):
-            *_, clear = state = _while_open(one, state, (seen, asked))
-            state = may & ~(clear > 0), *state[1:]
-        _, _, k, clear = state
+        _, far, *state = _while_open(ranked, state, (seen, asked))
+        state = jnp.isfinite(far).any(axis=1), far, *state
+        _, _, k, clear = _while_open(judged, state, (seen, asked))
         good = clear > 0
         new = last.replace(k=k, pose=seen.pose, steps=jnp.zeros(len(k)), clearance=clear)
         at = {1: good, 2: good[:, None]}
@@ -315,7 +314,8 @@ class BatchShield:
             least = jnp.minimum(gap, least)
         # what errors take that way, which is numbered along that square
         way = y / jnp.maximum(abs(x) + abs(y), TINY)
-        way = jnp.round(jnp.where(x >= 0, way, 2 - way) * (FAN // 4)).astype(jnp.int32) % FAN
+        # without a branch, which a processor would predict wrongly half of the time
+        way = jnp.round((1 - jnp.copysign(1 - way, x)) * (FAN // 4)).astype(jnp.int32) % FAN
         taken = jnp.asarray(self._taken)[bins[:, None], np.arange(way.shape[1]), way]
         may = (least - taken).min(axis=1).astype(k.dtype) + SEEN >= asked.least
         return jnp.where(nearer & may, far, jnp.inf)

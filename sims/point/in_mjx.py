@@ -1,8 +1,9 @@
 """What the shield costs on top of MJX's own step, for a batch of Points in one jitted call:
 
-    python -m sims.point.in_mjx --robots 1024
+    python -m sims.point.in_mjx --robots 1024 --steps 20 [--around]
 
-Full thrust towards a goal among the hazards of as many worlds of level 1 (no vases). Prints the
+Full thrust towards a goal among the hazards of as many worlds of level 1 (no vases), or a driver
+that goes around them at a moderate speed and stops at the goal. Prints the
 time of a step of all robots with and without the shield (of the processor; on an accelerator on the
 wall), and whether any touched.
 """
@@ -22,6 +23,9 @@ from sims.point import model, sensing
 from sims.point.manoeuvre import speeds_of
 from sims.point.world import HAZARD, LEVELS, STEP, SUBSTEPS, XML, World
 
+MODERATE = 0.4  # [m/s]
+NEAR = 0.7, 0.4  # [m] from a hazard's middle where a driver begins to turn, and where it turns most
+
 
 @dataclass(frozen=True)
 class Options:
@@ -31,6 +35,8 @@ class Options:
     steps: int = 10
     """Of the environment, in one call."""
     calls: int = 3
+    around: bool = False
+    """Go around hazards, at most at MODERATE, and stop at the goal; else full thrust at it."""
 
 
 def main(options: Options) -> None:
@@ -51,12 +57,27 @@ def main(options: Options) -> None:
         data = data.replace(ctrl=action)
         return jax.lax.fori_loop(0, SUBSTEPS, lambda _, d: mjx.step(engine, d), data)
 
+    def policy(data):
+        away = goals - data.qpos[:, :2]
+        far = jnp.linalg.norm(away, axis=1, keepdims=True)
+        if options.around:
+            off = data.qpos[:, None, :2] - hazards
+            apart = jnp.linalg.norm(off, axis=-1, keepdims=True)
+            aside = jnp.stack([-off[..., 1], off[..., 0]], -1)
+            aside *= jnp.sign((aside * away[:, None]).sum(axis=-1, keepdims=True))
+            near = jnp.clip((NEAR[0] - apart) / (NEAR[0] - NEAR[1]), 0, 2)
+            away = away / jnp.maximum(far, 0.3) + (near * (off + aside) / apart).sum(axis=1)
+        off = jnp.arctan2(away[:, 1], away[:, 0]) - data.qpos[:, 2]
+        off = (off + jnp.pi) % (2 * jnp.pi) - jnp.pi
+        thrust = jnp.ones_like(off)
+        if options.around:
+            speed = MODERATE * jnp.clip(jnp.cos(off), 0, 1) * jnp.minimum(far[:, 0], 1)
+            thrust = speed - speeds_of(data.qpos, data.qvel)[:, 0]
+        return jnp.stack([jnp.clip(thrust, -1, 1), jnp.clip(2 * off, -1, 1)], axis=1)
+
     def step(state, _, shielded: bool):
         data, under_way = state
-        away = goals - data.qpos[:, :2]
-        off = jnp.arctan2(away[:, 1], away[:, 0]) - data.qpos[:, 2]
-        turning = jnp.clip(2 * ((off + jnp.pi) % (2 * jnp.pi) - jnp.pi), -1, 1)
-        action, changed = jnp.stack([jnp.ones_like(turning), turning], 1), jnp.zeros(len(off), bool)
+        action, changed = policy(data), jnp.zeros(options.robots, bool)
         if shielded:
             under_way, told = shield.step(under_way, *measured(data), action)
             action, changed = told.action, told.changed

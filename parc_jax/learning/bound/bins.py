@@ -97,7 +97,7 @@ def open_bin_of(edges: Edges, k: Params):
     inside = jnp.asarray(True)
     for axis, given in enumerate(edges):
         edge = jnp.asarray(given)
-        along = jnp.clip(jnp.searchsorted(edge, k[axis], side="right") - 1, 0, len(edge) - 2)
+        along = (k[axis] >= edge[1:-1]).sum()
         on_inner_edge = (k[axis] == edge[1:-1]).any()
         inside &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
         bin = bin * (len(edge) - 1) + along
