@@ -107,13 +107,12 @@ def regions(
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(_name(names, axes[0]))
         ax.set_ylabel(_name(names, axes[1]))
-        counts = [
-            (of, color, int((verdict == of).sum()))
+        entries = [
+            style.patch(f"{of.text} ({int((verdict == of).sum())})", facecolor=color)
             for of, color in zip(OfRegion, COLORS, strict=True)
         ]
-        shown = [style.patch(f"{of.text} ({n})", facecolor=color) for of, color, n in counts]
         mark = style.mark("sample", color=style.BLACK, marker=".", linestyle="none")
-        style.explain(sheet, shown + [mark] * dots, 2, "upper left")
+        style.explain(sheet, entries + [mark] * dots, 2, "upper left")
     return sheet.out
 
 

@@ -20,7 +20,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.learning.bound.claim import ErrorClaim, derived
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.tube import Tube, tube
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.labels import named_of
