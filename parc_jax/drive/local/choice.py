@@ -217,7 +217,7 @@ class Choice:
         problem, unrun = self.scene.nominal.problem, "not run since it was chosen, so no statement."
         lines = [
             f"The plan chosen: p0 = ({start}), k = ({k}).",
-            about_pose(self.scene.nominal.pose),
+            about_pose(self.scene.nominal.pose, self.model),
             f"It is of {scene_of(problem_part(problem, self.model))}.",
             about_obstacles(problem, self.model.time.n_steps),
             self.tested.details() if self.tested else f"This very plan: {unrun}",
