@@ -11,10 +11,13 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
+from parc_jax.learning.labels import name_of
+from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.system import TURNS
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.write import problem_part
-from parc_jax.safe_set.corridors.sampling import FEW, Place
+from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import Reason, why_none
@@ -74,7 +77,7 @@ def resting_on(asked: NominalProblem) -> list[str]:
     """What a question rests on, for the remark of its file."""
     told = [about_obstacles(asked.problem, asked.model.time.n_steps)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
-    told += [] if asked.pose is None else [about_pose(asked.pose)]
+    told += [] if asked.pose is None else [about_pose(asked.pose, asked.model)]
     return [text for text in told if text]
 
 
@@ -89,18 +92,7 @@ def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, 
     return " ".join(words)
 
 
-def about_place(within: Place, n_k: int) -> str:
-    """The place that coverage is about, where plans are so rare that only a box was drawn from."""
-    sides = zip(*(side[-n_k:] for side in within.box), strict=True)
-    box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
-    return (
-        "Plans were drawn in a place alone, as where uniform draws hardly meet a safe one: "
-        f"coverage and volume are of the safe set there, with k in {box} and K; beyond nothing is "
-        "known."
-    )
-
-
-def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
+def about_pose(pose: tuple[Iterable[float], float | None] | None, model: TrajectoryModel) -> str:
     """The pose from which all plans of the answer start; None where that is anywhere."""
     if pose is None:
         return "All plans start with the heading of the model's runs."
@@ -108,10 +100,13 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None) -> str:
     where = ", ".join(map(exact, place))
     if heading is None:
         return f"Here: all plans start at ({where}) m, with the heading of the model's runs."
+    words = zip(model.labels.q, model.rotation or (), strict=False)
+    turn = _some([name_of(label) for label, word in words if word == TURNS] or ["none"])
+    goal = f", and of its goal states {turn}," if model.n_q else ""
     return (
         f"Here: all plans start at ({where}) m with heading {exact(heading)} rad. Scene, plans and "
         "certificates are told in the robot's frame: its start is the origin, its heading 0. "
-        "That a run turns with its heading is declared by the system."
+        f"That a run turns with its heading{goal} is declared by the system."
     )
 
 
@@ -310,7 +305,7 @@ def summary(answer, drawn: str) -> str:
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
     if asked.pose is not None:
-        lines.append(about_pose(asked.pose))
+        lines.append(about_pose(asked.pose, asked.model))
     if asked.uncertainty is not None:
         lines.append(f"Robust to: {asked.uncertainty.words}.")
     if answer.validation is not None:
@@ -332,7 +327,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     uncertainty, claim = asked.uncertainty, answer.model.claim
-    tube = [about_pose(asked.pose)]
+    tube = [about_pose(asked.pose, asked.model)]
     # in the words of the checker, which reads the same part
     starts = "any p0" if asked.pose is None else "one start"
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
@@ -350,7 +345,13 @@ def details(answer, drawn: str, polytopes: int) -> str:
         plans = about_plans(*counts, answer.model.time.t_f, cover.proved)
         lines = [f"(C) {plans} {scene}"]
         if cover.within is not None:
-            lines.append(about_place(cover.within, answer.model.n_k))
+            sides = zip(*(side[-answer.model.n_k :] for side in cover.within.box), strict=True)
+            box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
+            lines.append(
+                "Plans were drawn in a place alone, as where uniform draws hardly meet a safe one: "
+                f"coverage and volume are of the safe set there, with k in {box} and K; beyond "
+                "nothing is known."
+            )
         lines += [*tube, drawn]
     elif absence is not None:
         lines = [f"{absence.details()} {scene}", *tube]

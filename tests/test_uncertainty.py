@@ -138,5 +138,5 @@ def test_how_far_obstacles_and_poses_are_off_is_said_in_numbers():
     assert query(asked, line).nominal().uncertainty.words == (
         "obstacle 0 moved by an error of its set, which lies within -0.3 to 0.2, -0.1 to 0.1 m"
     )
-    told = about_pose(([1234.5678, 2.0], 0.1234567))
+    told = about_pose(([1234.5678, 2.0], 0.1234567), line)
     assert "(1234.5678, 2) m with heading 0.1234567 rad" in told

@@ -227,7 +227,7 @@ class Answer:
         # a late import, since a choice can train: a query alone loads no trainer
         from parc_jax.drive.local.choice import Choice
 
-        return Choice(plan, value, self.scene, account)
+        return Choice(plan, value, self.scene, account, unchecked=self.unchecked)
 
     def polytopes(self, key: jax.Array, n: int = CUT_AROUND) -> Polytopes:
         """The corridors cut into safe convex polytopes of (p0, k) around n fresh safe plans, proved

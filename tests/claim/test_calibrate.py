@@ -401,5 +401,16 @@ def test_the_published_bound_is_the_training_maximum(train):
     claim, errors = assumed_claim(NET, train), measure(NET, train)
     np.testing.assert_array_equal(claim.tube.interval[0], errors.interval.max(axis=0))
     assert claim.kind == "assumed" and claim.eps is None
+    p = np.array(train.p)
+    p[:7, -1] = np.nan
+    log = replace(train, p=p, seed=None)
+    for runs, n, failed in (
+        (train, train.n, 0),
+        (log, train.n - 7, 7),
+        (log.finite, train.n - 7, 0),
+    ):
+        said = f"over the {n:,} training rollouts that did not fail ({failed} failed), of "
+        assert f"{said}{runs.law.describe()}, the" in assumed_claim(NET, runs).details()
+    assert "failed runs = all left out" in log.finite.law.describe()
     by_bin = assumed_claim(NET, train.select(train.k[:, 0] < 0.4), (2, 1))
     assert by_bin.tube.claimed.tolist() == [True, False]

@@ -66,9 +66,10 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
         answer.save(tmp_path / "answer.json"),
         "Read from a file, whose word alone it is: ",
     )
-    for said in (load_answer(path).details(), load_answer(path).summary()):
+    found = load_answer(path)
+    for said in (found.details(), found.summary(), found.choose().details()):
         assert f"{whose}how much of the safe set is covered, its share" in said
-    assert whose not in answer.details()
+    assert whose not in answer.details() and whose not in answer.choose().details()
     data = json.loads(path.read_text())
     robust = {"words": "every start within ±9 m", "sensing_eps": "0", "parameters": [2, 2]}
     data["meta"]["doubt"] = robust | {"k_volume": "4"}

@@ -53,6 +53,21 @@ def turned(model, angle: float, widths: bool = False):
     return told(model, net, tube)
 
 
+def test_which_goal_states_turn_with_the_robot_is_told_also_by_a_file(tmp_path):
+    """Two robots that differ in that word alone."""
+    scene = reach_avoid(
+        pj.box([0.2, -0.5, -1], [1, 0.5, 1]), [pj.box([0.4, 0.9], [0.6, 1.2])], 0.05
+    )
+    for word, of in ((TURNS, "heading"), (STAYS, "none")):
+        model = told(line_model(4, 0.01), rotation=(word,)).with_labels({"q": ("heading [rad]",)})
+        answer = Planner(model).solve(scene, KEY, SMALL, at=[0.0, 0.0, 0.1])
+        said = f"turns with its heading, and of its goal states {of}, is declared by the system."
+        assert said in answer.details() and said in answer.summary()
+        assert said in answer.choose().details()
+        told_by_file = answer.save(tmp_path / "answer.json").read_text()
+        assert told_by_file.count(said) >= 2  # the statement, and what the checker prints of it
+
+
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
 def test_turns_are_mixtures_of_the_maps(angle):
     turn = turn_by(angle, (TURNS, STAYS))

@@ -88,6 +88,24 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
 
 
 @pytest.mark.soundness
+def test_windows_that_were_not_drawn_evenly_bound_no_moment_of_a_track():
+    """All at the beginnings of tracks, say: that is no law of each of their moments alike."""
+    about = {"step": STEP, "most": 1.5}
+    train = pj.problem.mover_runs(walks(12), GRID, of=names(12), every=0.5, **about)
+    first, drawn = (
+        pj.problem.mover_runs(walks(60, 1), GRID, of=names(60, 12), **how, **about)
+        for how in ({"every": 9.0}, {"rng": np.random.default_rng(0)})
+    )
+    assert first.n == drawn.n == 60 and first.law != drawn.law
+    asked = {"hidden": (4,), "seeds": 1, "steps": 50, "eps": 0.2, "delta": 0.05, "discard": 1}
+    model = pj.learn(train, jax.random.PRNGKey(0), holdout=first, quiet=True, **asked)
+    with pytest.raises(pj.InputError, match=r"from a moment drawn evenly; .* every 9 s.*rng="):
+        pj.problem.mover_obstacles(model, [mover(0.3)], 0.3, ROBOT, 0.0)
+    with pytest.raises(pj.InputError, match=r"window is one of .* every 9 s.*drawn evenly"):
+        pj.monitor(model.claim, model.net).observe(drawn)
+
+
+@pytest.mark.soundness
 @pytest.mark.parametrize(("heading", "age", "every"), [(0.0, 0.0, 1), (2.3, 0.13, 3)])
 def test_obstacles_hold_all_of_a_tube_grown_by_the_mover(heading, age, every):
     wide, radius, speed, model = 0.05, 0.4, 1.3, straight()

@@ -82,7 +82,8 @@ class Choice:
     plan (n_p + n_k,): start and parameters, in the frame of `scene`, a plan of the proved safe set.
     value: its objective. looks: tests that may be made of it, the account of its answer.
     tested, near: results of fresh runs, where there are any; `test` and `localise` return a choice
-    that has them. Raises InputError for results of another plan, or in another scene.
+    that has them. unchecked: of its answer. Raises InputError for results of another plan, or in
+    another scene.
     """
 
     plan: np.ndarray
@@ -91,6 +92,7 @@ class Choice:
     looks: Looks
     tested: FreshRuns | None = None
     near: Near | None = None
+    unchecked: str = ""
 
     def __post_init__(self) -> None:
         for runs in filter(None, (self.tested, self.near)):
@@ -217,12 +219,13 @@ class Choice:
         problem, unrun = self.scene.nominal.problem, "not run since it was chosen, so no statement."
         lines = [
             f"The plan chosen: p0 = ({start}), k = ({k}).",
-            about_pose(self.scene.nominal.pose),
+            about_pose(self.scene.nominal.pose, self.model),
             f"It is of {scene_of(problem_part(problem, self.model))}.",
             about_obstacles(problem, self.model.time.n_steps),
             self.tested.details() if self.tested else f"This very plan: {unrun}",
             self.near.details() if self.near else "",
             self._about_box(),
+            self.unchecked,
         ]
         if self.looks.taken:
             lines.append(

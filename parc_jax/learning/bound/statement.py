@@ -88,10 +88,11 @@ def _shown(c: "ErrorClaim") -> list[tuple]:
 def _unshown(c: "ErrorClaim") -> list[tuple]:
     tube = f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
     if c.kind == "assumed":
-        tube = (
+        tube = (  # the law of a log says where failed runs are not in it at all
             "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
-            f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are "
-            "known to leave such a tube."
+            f"{c.n:,} training rollouts that did not fail ({c.discard:,} failed), of "
+            f"{c.law.describe()}, the statistic of the published method; new rollouts are known to "
+            "leave such a tube."
         )
     n = f"{c.n} {c.unit.many}"
     return [("tube", ASSUMED, tube), ("n", MEASURED, n), ("discards", MEASURED, c.discard)]

@@ -33,6 +33,7 @@ SIDES = 8  # of the polytope that holds a mover
 SLACK = 1e-6  # [m] outwards: more than floats round a place within 1e5 m by and SAME takes away
 TURN = 3.15  # [rad] a bit more than half a turn
 ABOUT = 1e-6  # [s] times of tracks that are one
+EVENLY = "from a moment drawn evenly"  # of windows that may bound: each moment is alike
 
 
 class Mover(NamedTuple):
@@ -110,9 +111,9 @@ def mover_runs(
     the mover of each track; pieces of one are one group, and so one unit of a bound. step: [s]
     between the places from which a mover is seen. most: [m/s] greatest speed. name: of the law.
     every: [s] between windows of a track; for training. rng: instead one window of each track, at a
-    time drawn evenly from those whose window is all within it; as `holdout`. bridge: [s] between
-    places up to which the mover is taken to have gone straight, by default a step, and two record
-    steps at most.
+    time drawn evenly from those whose window is all within it; as `holdout`, the only one that
+    `mover_obstacles` takes. bridge: [s] between places up to which the mover is taken to have gone
+    straight, by default a step, and two record steps at most.
     """
     every = every if every is None else float(as_float64("mover_runs every", every, ()))
     n, movers = (len(x) if hasattr(x, "__len__") else 0 for x in (tracks, of))
@@ -153,20 +154,17 @@ def mover_runs(
         groups.append(np.full(len(starts), of[number]))
     seen = np.concatenate(rows)
     heading, k = _seen(seen[:, :3], step)
-    p = _turned(seen[:, 2:] - seen[:, 2:3], -heading[:, None])
+    x, y = np.moveaxis(seen[:, 2:] - seen[:, 2:3], -1, 0)
+    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    p = np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
     domain = box([0.0, -TURN], [most, TURN])
+    placed = EVENLY if every is None else f"every {every:g} s"
     cut = {
-        "window": f"one of {time.t_f:g} s within each track, seen by steps of {step:g} s",
+        "window": f"one of {time.t_f:g} s within each track, {placed}, seen by steps of {step:g} s",
         "records": f"straight between places, {bridge:g} s apart at most",
     }
     about = {"time": time, "groups": np.concatenate(groups), "labels": _labels(step)}
     return recorded(name, k, p, np.zeros((len(k), 0)), ONE_POINT, domain, "logged", cut, **about)
-
-
-def _turned(away: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    cos, sin = np.cos(angle), np.sin(angle)
-    x, y = away[..., 0], away[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
 def mover_obstacles(
@@ -226,6 +224,11 @@ def mover_obstacles(
     if eps is None:
         held = f"each stays in its tube, which is {str(p['tube']).partition(',')[0]}, not shown"
     else:
+        if EVENLY not in str(model.claim.law.cut):
+            raise InputError(
+                f"mover_obstacles: expected a claim of windows {EVENLY}; got one of "
+                f"{model.claim.law.describe()}. Bound it by runs of mover_runs(..., rng=...)."
+            )
         some += f", any of which leaves with at most {rounded_up(min(Fraction(1), n * eps))}"
         held = (
             f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
