@@ -91,13 +91,14 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     lines += [CODE.read_text().replace("NAME", name), "#endif", ""]
     given = [f"k[{i}] ({answer.model.labels.k[i]})" for i in answer.model.given]
     measured = [f"Measured at the start, and not to be chosen: {', '.join(given)}."] * bool(given)
-    said = _comment("\n".join([own.details(), *measured, WARNING, *compared]))
+    said = "\n".join([own.details(), *measured, WARNING, *compared]).replace("*/", "* /")
+    said = [f" * {line}" for part in said.split("\n") for line in _wrapped(part, LONGEST - 3)]
     text = "\n".join(lines)
     mark = f"0x{sha256(text.encode()).hexdigest()[:8]}"
     # of two of one name in one program the second would silently be left out
     once = f"#if defined({guard}) && {guard} != {mark}\n#error two headers are named {name}\n#endif"
     once += f"\n#ifndef {guard}\n#define {guard} {mark}\n"
-    return write_atomic(path, "\n".join([*said, once, GUARDS, text]).encode())
+    return write_atomic(path, "\n".join(["/*", *said, " */", once, GUARDS, text]).encode())
 
 
 def _sizes(answer: Answer, table: Tables) -> dict[str, int]:
@@ -174,10 +175,3 @@ def _initialiser(array: np.ndarray, spell: Callable) -> Iterator[str]:
 
 def _wrapped(text: str, width: int) -> list[str]:
     return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
-
-
-def _comment(text: str) -> Iterator[str]:
-    yield "/*"
-    for paragraph in text.replace("*/", "* /").split("\n"):
-        yield from (f" * {line}" for line in _wrapped(paragraph, LONGEST - 3))
-    yield " */"

@@ -204,7 +204,11 @@ class Contacts:
 
     def _nearest(self, p: np.ndarray) -> np.ndarray:
         """Points of the obstacle's boundary, among them the nearest ones to p (v, n_p) outside."""
-        nodes = np.concatenate([self.corners, _on_edges(*self._edges, p)])
+        along, start = self._edges  # (e, n_p) each
+        length = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+        share = np.einsum("evj,ej->ev", p[None] - start[:, None], along) / length[:, None]
+        nearest = start[:, None] + np.clip(share, 0, 1)[:, :, None] * along[:, None]
+        nodes = np.concatenate([self.corners, nearest.reshape(-1, p.shape[1])])
         if p.shape[1] == 2:
             return nodes
         beyond = p @ self.A.T - self.b
@@ -233,14 +237,6 @@ def _edges(nodes: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray,
     first, second = np.triu_indices(len(nodes), 1)
     edge = (on[first] & on[second]).sum(axis=1) >= 2
     return nodes[second[edge]] - nodes[first[edge]], nodes[first[edge]]
-
-
-def _on_edges(along: np.ndarray, start: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Nearest points (e * v, n_p) of edges along (e, n_p) from starts (e, n_p) to p (v, n_p)."""
-    length = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.einsum("evj,ej->ev", p[None] - start[:, None], along) / length[:, None]
-    nearest = start[:, None] + np.clip(share, 0, 1)[:, :, None] * along[:, None]
-    return nearest.reshape(-1, start.shape[1])
 
 
 class Reasons:
