@@ -53,7 +53,11 @@ def episode_part(
         "claim": plain(claim),
         "copies": copies_of(first),
         "doubt": hex_text([*known.shifts(model.n_p), known.heading, drift]),
-        "manoeuvres": [_manoeuvre_part(one) for one in commitments],
+        "manoeuvres": [
+            {"begin": str(one.begin), "pose": hex_text(one.asked.pose.values)}
+            | {"problem": problem_part(one.asked.problem, one.asked.model), "sample": one.part}
+            for one in commitments
+        ],
     }
     others = [(name, ASSUMED, value) for name, value in (assumed or {}).items()]
     if eps := known.sensing_eps:
@@ -94,15 +98,6 @@ def save_episode(
     with reading("meta", "plain values, as JSON has them"):
         text = json.dumps(part, separators=(",", ":"))
     return write_atomic(path, text.encode())
-
-
-def _manoeuvre_part(one: Commitment) -> dict:
-    return {
-        "begin": str(one.begin),
-        "pose": hex_text(one.asked.pose.values),
-        "problem": problem_part(one.asked.problem, one.asked.model),
-        "sample": one.part,
-    }
 
 
 class Manoeuvre(NamedTuple):
