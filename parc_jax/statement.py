@@ -73,9 +73,17 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     ).rstrip()
 
 
+def about_points(problem: Problem) -> str:
+    """Where on the robot a footprint says that its points are; empty for another body."""
+    places = dict.fromkeys(getattr(problem.body, "places", ()))
+    told = [f"{name} ({exact(x)}, {exact(y)})" for name, x, y in places]
+    return f"Its footprint tells where points are on the robot: {listed(told)} m." if told else ""
+
+
 def resting_on(asked: NominalProblem) -> list[str]:
     """What a question rests on, for the remark of its file."""
-    told = [about_obstacles(asked.problem, asked.model.time.n_steps)]
+    told = [about_points(asked.problem)]
+    told += [about_obstacles(asked.problem, asked.model.time.n_steps)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
     told += [] if asked.pose is None else [about_pose(asked.pose, asked.model)]
     return [text for text in told if text]
@@ -331,8 +339,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
     # in the words of the checker, which reads the same part
     starts = "any p0" if asked.pose is None else "one start"
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
-    if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
-        scene += f" {obstacles}"
+    obstacles = about_obstacles(asked.problem, answer.model.time.n_steps)
+    scene = " ".join(filter(None, [scene, about_points(asked.problem), obstacles]))
     if answer.status.found and uncertainty is not None:
         tube.append(
             "Robust: all this is said of a question that allows for the uncertainty, and so it "

@@ -326,6 +326,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     optional = {
         "rests_on": resting_on(asked) or None,
         "spans": spans if any(answer.problem.spans) else None,
+        "places": getattr(answer.problem.body, "places", None) or None,
         "edges": edges if any(e is not None for e in edges) else None,
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),
         "within": None if cover.within is None else [hex_text(side) for side in cover.within],

@@ -7,6 +7,8 @@ import pytest
 from needs import need
 
 import parc_jax as pj
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.checker.answer import main
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.robust.nominal import query
@@ -49,20 +51,22 @@ def test_points_turn_and_move_with_the_pose():
     assert (robot.corners(poses[0]) == found[0, 1:]).all()
 
 
+def slides(robot, places):
+    """A model whose points (n, 2) go straight by k, with the names of a footprint."""
+    n = len(places)
+    W = np.kron(np.arange(5)[:, None] / 4, np.tile(np.eye(2), (n, 1)))[2:]
+    net = relu_network([W], [np.tile(places.ravel(), 5)[2:]])
+    wide = np.full((1, 4, 2 * n), 0.005), np.full((1, 2 * n), 0.005)
+    tube = pj.learning.tube([[-1.0, 1.0]] * 2, *wide, n)
+    time = pj.learning.time_grid(dt=0.25, t_f=1.0)
+    claim = pj.learning.declared_claim(
+        tube, "of this test", net, time, system="slides", points=robot.points
+    )
+    return pj.learning.trajectory_model(net, claim)
+
+
 def test_a_footprint_that_is_not_the_model_s_is_refused():
     """Names alone are the same: else what is proved is of the smaller robot that was learned."""
-
-    def model(places):
-        n = len(places)
-        W = np.kron(np.arange(5)[:, None] / 4, np.tile(np.eye(2), (n, 1)))[2:]
-        net = relu_network([W], [np.tile(places.ravel(), 5)[2:]])
-        wide = np.full((1, 4, 2 * n), 0.005), np.full((1, 2 * n), 0.005)
-        tube = pj.learning.tube([[-1.0, 1.0]] * 2, *wide, n)
-        time = pj.learning.time_grid(dt=0.25, t_f=1.0)
-        claim = pj.learning.declared_claim(
-            tube, "of this test", net, time, system="slides", points=robot.points
-        )
-        return pj.learning.trajectory_model(net, claim)
 
     def asked(places):
         problem = pj.reach_avoid(
@@ -70,7 +74,7 @@ def test_a_footprint_that_is_not_the_model_s_is_refused():
             [],
             robot.body,
         )
-        return query(problem, model(places), [0.0, 0.0]).nominal()
+        return query(problem, slides(robot, places), [0.0, 0.0]).nominal()
 
     robot = read_footprint(NAV2)
     nearly = robot.places + 0.004 * np.sign(robot.places)
@@ -79,6 +83,24 @@ def test_a_footprint_that_is_not_the_model_s_is_refused():
     for places in (0.8 * robot.places, robot.places * [[1.0, 1.2]]):
         with pytest.raises(InputError, match="body: expected the footprint that the model was"):
             asked(places)
+
+
+@pytest.mark.parametrize("unsure", [None, pj.Uncertainty(k={"k0": 0.01})])
+def test_where_its_corners_are_is_told_of_an_answer_its_plan_and_its_file(unsure, tmp_path, capsys):
+    """Else answers for a small robot and a large one read the same."""
+    for half in (0.1, 0.3):
+        robot = read_footprint(half * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]))
+        goal = pj.problem.goal_of_points(robot.points, {"base": pj.box([0.4, -0.2], [0.9, 0.2])})
+        problem = pj.reach_avoid(goal, [], robot.body, uncertainty=unsure)
+        planner = pj.Planner(slides(robot, robot.places))
+        answer = planner.solve(problem, jax.random.key(0), at=[0.0, 0.0])
+        said = f"on the robot: base (0, 0), corner 0 ({half}, {half}), corner 1 ({half}, -{half}), "
+        assert said in answer.details()
+        assert unsure is not None or said in answer.choose().details()
+        answer.save(tmp_path / "answer.json")
+        assert said in load_answer(tmp_path / "answer.json").details()
+        main([str(tmp_path / "answer.json")])
+        assert said in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

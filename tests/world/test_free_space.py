@@ -29,6 +29,7 @@ from parc_jax.problem.robust.nominal import query  # noqa: E402
 from parc_jax.problem.world import free_space  # noqa: E402
 from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E402
 from parc_jax.problem.world.grid_map import occupancy_grid  # noqa: E402
+from parc_jax.problem.world.outlines import edge_of  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
 from parc_jax.statement import about_obstacles  # noqa: E402
 
@@ -289,12 +290,12 @@ def test_a_part_begins_where_errors_place_it():
 
 def test_files_keep_the_region_that_edges_are_of(tmp_path):
     line, key = line_model(4, 0.01, rests=True), jax.random.key(0)
-    place = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])
+    place = free_place([[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]], 0.125)
     edges = replace(place, width=0.15).obstacles()
     block = pj.box([3.0, 3.0], [3.5, 3.5])
     problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), [block, *edges], 0.1)
     settings = pj.Settings(samples=1, method=pj.types.FirstProved())
-    said = LAW
+    said = f"{LAW[:-1]}{TOLD}0.125 m around a body are seen to be free."
     answer = pj.Planner(line).solve(problem, key, settings, at=[0.0, 0.0])
     assert said in answer.details() and said in answer.summary()
     files = [
@@ -302,13 +303,63 @@ def test_files_keep_the_region_that_edges_are_of(tmp_path):
     ]
     read = [pj.exchange.load_problem(path) for path in files]
     for again in (*read, load_answer(answer.save(tmp_path / "answer.json")).problem):
-        for name in ("region", "width"):
+        for name in ("region", "width", "told"):
             assert [getattr(one, name, None) for one in again.obstacles] == [
                 getattr(one, name, None) for one in problem.obstacles
             ]
         assert said in about_obstacles(again, 4)
         with pytest.raises(InputError, match="expected a start inside the free space"):
             query(again, line, [5.0, 0.0]).nominal()
+    old = edge_of(edges[0], f"{place.region.wkb_hex} 0.15")  # of an earlier version
+    assert old.rests_on == LAW and old.holds(np.zeros((1, 2)))
+    with pytest.raises(InputError, match="text on one line"):
+        edge_of(edges[0], f"{place.region.wkb_hex} 0.15; all is\nfree")
+
+
+TOLD = "; as told each time, at most: "
+ERRORS = {"noise": 0.01, "angle_error": 0.001, "uncertainty": (0.02, 0.003)}
+MOST = "ranges are off by 0.01 m, beams by 0.001 rad, poses by 0.02 m, headings by 0.003 rad"
+
+
+def scanned(**told):
+    asked = ERRORS | {"max_range": 4.0, "width": 0.15} | told
+    return seen_from((0, 0, 0), np.linspace(-2.3, 2.3, 360), np.full(360, 3.0), **asked)
+
+
+def mapped():
+    return occupancy_grid(np.zeros((9, 9), int), 0.5, (-2.0, -2.0, 0.0)).free_space()
+
+
+@pytest.mark.parametrize(
+    ("free", "told"),
+    [
+        (lambda: scanned(), MOST),
+        (lambda: scanned(noise=0.0125), MOST.replace("0.01 m", "0.0125 m")),
+        (lambda: scanned(angle_error=0.0), MOST.replace("0.001 rad", "0 rad")),
+        (lambda: scanned().add(scanned()), MOST),
+        # more than one number is of several, and few texts come of a loop
+        (lambda: scanned().add(scanned(noise=0.0125)), MOST.replace("0.01 m", "0.02 m")),
+        (lambda: scanned(noise=0.0125).add(scanned()), MOST.replace("0.01 m", "0.02 m")),
+        (
+            lambda: scanned().drifted((0, 0, 0), (0.02, 0.01), 0.004).within((0, 0), 2.0),
+            f"{MOST}, the frame drifts by 0.02 m, it turns by 0.004 rad",
+        ),
+        (lambda: free_place(SQUARE, 0.3), "0.3 m around a body are seen to be free"),
+        (lambda: free_place(SQUARE, -0.03), "poses by 0.03 m"),
+        (lambda: free_place(SQUARE), ""),
+        (lambda: mapped(), "free cells of a map are occupied with less than 0.196"),
+        (
+            lambda: mapped().add(scanned()).forget().add(free_place(SQUARE, 0.3)).forget(),
+            f"{MOST}, 0.3 m around a body are seen to be free, free cells of a map are occupied "
+            "with less than 0.196",
+        ),
+    ],
+)
+def test_an_edge_tells_the_bounds_that_were_told(free, told):
+    free = free()
+    (said,) = {edge.rests_on for edge in free.near((0.5, 0.0), 2.0).obstacles()}
+    law = LAW if free.width else LAW.replace("; all that stands is at least 0.15 m wide", "")
+    assert said == (f"{law[:-1]}{TOLD}{told}." if told else law)
 
 
 def test_a_loop_says_how_wide_all_is_that_stands():

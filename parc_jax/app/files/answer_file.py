@@ -10,6 +10,7 @@ from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
+from parc_jax.problem.body import Body
 from parc_jax.problem.problem import Problem, Span
 from parc_jax.problem.robust.nominal import NominalProblem, Query
 from parc_jax.problem.robust.pose import Pose
@@ -59,6 +60,9 @@ def _answer(data: dict, report) -> Answer:
     if "edges" in meta:
         edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]
     problem = problem.replace(obstacles=edges, spans=spans)
+    if "places" in meta:  # of a footprint
+        places = tuple((name, float(x), float(y)) for name, x, y in meta["places"])
+        problem = problem.replace(body=Body(problem.parts, places))
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]

@@ -103,7 +103,9 @@ def regions(
         style.areas(ax, outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES)
         if dots:
             ax.scatter(*np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0)
-        ax.set_title(_title(table, shown, names, axes, at))
+        title, at = counted(table.count, "region"), table.domain.center if at is None else at
+        others = [f"{_name(names, i)} = {v:.3g}" for i, v in enumerate(at) if i not in axes]
+        ax.set_title(f"{len(shown)} of {title}, cut at {', '.join(others)}" if others else title)
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(_name(names, axes[0]))
         ax.set_ylabel(_name(names, axes[1]))
@@ -143,12 +145,3 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
 
 def _name(names: Sequence[str] | None, axis: int) -> str:
     return f"k{axis}" if names is None else names[axis]
-
-
-def _title(table, shown, names, axes, at) -> str:
-    if table.net.n_in == 2:
-        return counted(table.count, "region")
-    at = table.domain.center if at is None else at
-    others = [i for i in range(len(at)) if i not in axes]
-    fixed = ", ".join(f"{_name(names, i)} = {at[i]:.3g}" for i in others)
-    return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"

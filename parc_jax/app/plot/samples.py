@@ -47,7 +47,12 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
 def _in_plane(pictures: list["_Picture"], to, title: str):
     (scene,) = pictures
     at_goal = shapes.span(*scene.goals, room=NEAR)
-    columns = _columns(scene, at_goal, to)
+    if to is not None and not isinstance(to, str | Path):  # Axes
+        columns = len(np.atleast_1d(to))
+    else:  # one where the second would hardly be larger than life
+        columns = 1 + bool(
+            np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(scene.span, axis=0).max()
+        )
     same_height = [_shape(*scene.span), _shape(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
@@ -215,15 +220,6 @@ class _Picture(SceneView):
             ]
         ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
         return [style.mark("body at its end", color=style.BLUE, **ring)]
-
-
-def _columns(scene: "_Picture", at_goal, to) -> int:
-    """Two panels; one where Axes are given, or the second would hardly be larger than life."""
-    if to is not None and not isinstance(to, str | Path):
-        return len(np.atleast_1d(to))
-    (x0, y0), (x1, y1) = scene.span
-    (u0, v0), (u1, v1) = at_goal
-    return 2 if max(u1 - u0, v1 - v0) < CLOSER * max(x1 - x0, y1 - y0) else 1
 
 
 def _shape(lo, hi) -> float:

@@ -82,7 +82,12 @@ def run_study(
         with watch("first query (cold)"):
             cold = Planner(model).warm_up(problem, settings, proof=picture)
         if picture and len(cold.samples):
-            _draw_first(cold, out / UNFINISHED / "samples.png", system.name, quiet)
+            from parc_jax.app.plot.samples import samples
+
+            samples(cold, None, first := out / UNFINISHED / "samples.png")
+            if not quiet:
+                under = f"proved under a claim with eps = {eps_of(cold.model.claim)}, so far"
+                print(f"{system.name}: first plans are in {first}, {under}.", file=sys.stderr)
 
     given, assumed = model is not None, None
     if model is None:
@@ -107,8 +112,13 @@ def run_study(
         with watch("validated set"):
             test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
+    for name in (METRICS, "near.json", VALIDATED_SET):  # of an older study
+        (out / name).unlink(missing_ok=True)
     # before the replay: if that finds a contradiction, the evidence is on disk
-    _replace_older(out, model, answer)
+    model.save(out / "model.npz")
+    answer.save(out / "answer.json")
+    if answer.validation is not None and answer.validation.answer is not None:
+        answer.validation.answer.save(out / VALIDATED_SET)
     if not given:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     settled = hand_over_of(model.claim.law.k_law) is None  # else runs of a chosen k are refused
@@ -146,16 +156,6 @@ def run_study(
     return outcome
 
 
-def _draw_first(answer: Answer, picture: Path, name: str, quiet: bool) -> None:
-    """A picture of the first plans, long before all is done."""
-    from parc_jax.app.plot.samples import samples
-
-    samples(answer, None, picture)
-    if not quiet:
-        claim = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
-        print(f"{name}: first plans are in {picture}, proved under {claim}.", file=sys.stderr)
-
-
 def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool) -> dict:
     """Test and localise the plan with most room: plan and sentences (D). Writes the answer under
     the local claim as near.json. [T23]
@@ -172,16 +172,6 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
     widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
     said = {"plan": chosen.plan.tolist(), "statement": chosen.details()}
     return said | tested | shares | widths
-
-
-def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
-    """Put model and answer there, in place of an older study's, whose numbers belong to neither."""
-    for name in (METRICS, "near.json", VALIDATED_SET):
-        (out / name).unlink(missing_ok=True)
-    model.save(out / "model.npz")
-    answer.save(out / "answer.json")
-    if answer.validation is not None and answer.validation.answer is not None:
-        answer.validation.answer.save(out / VALIDATED_SET)
 
 
 def finish(out: Path, metrics: dict) -> dict:

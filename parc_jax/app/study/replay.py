@@ -18,7 +18,6 @@ from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.start_gap import off_from_start
-from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
@@ -109,7 +108,11 @@ def _executed(
     """Runs of the plans, and which of them stayed inside the tube (n,). Raises InputError for a
     system, or recorded runs, that are not the model's.
     """
-    model, k = _robot_of(scene, plans[:, scene.model.n_p :])
+    model, k, query = scene.model, plans[:, scene.model.n_p :], scene.nominal.query
+    known = None if query is None else query.problem.uncertainty
+    if known is not None and query.model.n_k != model.n_k:  # some may be given exactly
+        executions = executions_of(known, query.model)
+        model, k = (query.model, executions.whole(k)) if executions.exact else (model, k)
     if not isinstance(system, RolloutBatch):
         require_begins("replay", system, model)
         runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
@@ -124,17 +127,6 @@ def _executed(
                 "plans."
             )
     return runs, inside_tube(model.claim, model.net, runs)
-
-
-def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]:
-    """The model of the query and all parameters (n, n_k) of its plans, where k (n, chosen) are the
-    free ones and the rest is given exactly; else the model of the scene and k.
-    """
-    query = scene.nominal.query
-    if query is None or query.problem.uncertainty is None or query.model.n_k == scene.model.n_k:
-        return scene.model, k
-    executions = executions_of(query.problem.uncertainty, query.model)
-    return (query.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 
 def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:

@@ -122,9 +122,12 @@ def _in_space(p: HPolytope, name: str) -> list[Point]:
 def _vertices(rows: list[Row]) -> list[Point]:
     found = set()
     for triple in _likely_triples(rows):
-        point = _meet(*(rows[i] for i in triple))
-        if point is not None and all(_dot(a, point) <= b for a, b in rows):
-            found.add(point)
+        (i, b_i), (j, b_j), (k, b_k) = (rows[n] for n in triple)
+        across = _cross(j, k), _cross(k, i), _cross(i, j)
+        if (volume := _dot(i, across[0])) != 0:  # else the planes have no point in common, or many
+            of_axes = zip(*across, strict=True)
+            point = tuple(_dot((b_i, b_j, b_k), axis) / volume for axis in of_axes)
+            found |= {point} if all(_dot(a, point) <= b for a, b in rows) else set()
     return sorted(found)
 
 
@@ -142,16 +145,6 @@ def _likely_triples(rows: list[Row]) -> np.ndarray:
     size = np.abs(points).max(axis=1, initial=0.0)[:, None] + np.abs(b)[None]
     outside = (points @ A.T > b[None] + SURE * size).any(axis=1)
     return triples[~(sure & outside)]
-
-
-def _meet(*rows: Row) -> Point | None:
-    """The one point of three planes; None where they have none or many."""
-    (i, b_i), (j, b_j), (k, b_k) = rows
-    across = _cross(j, k), _cross(k, i), _cross(i, j)
-    volume = _dot(i, across[0])
-    if volume == 0:
-        return None
-    return tuple(_dot((b_i, b_j, b_k), axis) / volume for axis in zip(*across, strict=True))
 
 
 def _is_open(rows: list[Row]) -> bool:

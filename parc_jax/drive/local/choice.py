@@ -43,7 +43,7 @@ from parc_jax.learning.system import System
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
-from parc_jax.statement import about_obstacles, about_pose
+from parc_jax.statement import about_obstacles, about_points, about_pose
 
 
 @dataclass(frozen=True)
@@ -221,6 +221,7 @@ class Choice:
             f"The plan chosen: p0 = ({start}), k = ({k}).",
             about_pose(self.scene.nominal.pose, self.model),
             f"It is of {scene_of(problem_part(problem, self.model))}.",
+            about_points(problem),
             about_obstacles(problem, self.model.time.n_steps),
             self.tested.details() if self.tested else f"This very plan: {unrun}",
             self.near.details() if self.near else "",

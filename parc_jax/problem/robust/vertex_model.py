@@ -136,7 +136,8 @@ def copied_problem(problem: Problem, model: TrajectoryModel, n_v: int, n_r: int)
         blocks.append(np.concatenate([ends.reshape(rows, -1), further.reshape(rows, -1)], axis=1))
     every = HPolytope(np.concatenate(blocks), np.tile(goal.b, several))
     points = _copies_of(problem.points, several)
-    return replace(problem, body=Body(parts), goal=every, points=points)
+    body = Body(parts, getattr(problem.body, "places", ()))
+    return replace(problem, body=body, goal=every, points=points)
 
 
 def _tube(

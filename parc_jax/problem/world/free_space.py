@@ -1,5 +1,6 @@
 """Free space, and the obstacles that keep a robot inside it. [T41, T44]"""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, exact, rounded_up
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
 
@@ -104,6 +105,16 @@ class Beams:
 
 STANDS = Beams(np.zeros(2), *[np.zeros(0)] * 4, 0.0, 0, False)
 CALL = "free space"
+BOUNDS = {  # what may be told, and of what: the sentence of an edge has the most of it
+    "noise": "ranges are off by {} m",
+    "angle_error": "beams by {} rad",
+    "place": "poses by {} m",
+    "heading": "headings by {} rad",
+    "moved": "the frame drifts by {} m",
+    "turned": "it turns by {} rad",
+    "margin": "{} m around a body are seen to be free",
+    "occupied": "free cells of a map are occupied with less than {}",
+}
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
 
@@ -120,6 +131,7 @@ class FreeSpace:
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
     memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
+    bounds: the most that was told of anything in it, by names of BOUNDS.
     """
 
     region: Any
@@ -130,6 +142,7 @@ class FreeSpace:
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
     memory: bool = field(default=False, repr=False)
+    bounds: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self):
         for name in ("gone", "standing"):
@@ -162,7 +175,8 @@ class FreeSpace:
             if not away.is_empty:
                 region = _areas(region.difference(away))
         newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
-        return FreeSpace(region, width, gone, standing, some + more, newer=newer, memory=True)
+        kept = {"newer": newer, "memory": True, "bounds": _most(self.bounds, other.bounds)}
+        return FreeSpace(region, width, gone, standing, some + more, **kept)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called
@@ -174,7 +188,8 @@ class FreeSpace:
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
-        return FreeSpace(left, self.width, gone, self.standing, newer=newer, memory=True)
+        told = {"beams": None, "newer": newer, "memory": True}
+        return replace(self, region=left, gone=gone, refuting=0, **told)
 
     @property
     def said(self) -> str:
@@ -227,8 +242,9 @@ class FreeSpace:
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
+        bounds = _most(self.bounds, {"moved": max(along, across), "turned": turned})
         told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
-        return replace(self, region=region, **told)
+        return replace(self, region=region, bounds=bounds, **told)
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
@@ -277,7 +293,11 @@ class FreeSpace:
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
         pieces = thin_pieces(self._edges())
-        return tuple(Edge(one.A, one.b, self.region, float(self.width)) for one in pieces)
+        told = [
+            words.format(exact(self.bounds[x])) for x, words in BOUNDS.items() if x in self.bounds
+        ]
+        of = self.region, float(self.width), ", ".join(told)
+        return tuple(Edge(one.A, one.b, *of) for one in pieces)
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
@@ -304,7 +324,8 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     margin = float(as_float64("free_place margin", margin, ()))
     # arcs become chords, which lie inside
     place = shrunk(hull, -margin, 0.0) if margin < 0 else _areas(hull.buffer(margin))
-    return FreeSpace(place, beams=STANDS)
+    told = {"margin": margin} if margin > 0 else {"place": -margin} if margin < 0 else {}
+    return FreeSpace(place, beams=STANDS, bounds=told)
 
 
 def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
@@ -371,6 +392,12 @@ def _filled(region: "shapely.Geometry", width: float):
         holes = [hole for hole, stays in zip(part.interiors, large, strict=True) if stays]
         out.append(shapely.Polygon(part.exterior, holes))
     return shapely.union_all(out)
+
+
+def _most(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
+    """Bounds of both; what differs is rounded up, or each cycle of a loop had a sentence."""
+    both = {x: (one.get(x, other.get(x)), other.get(x, one.get(x))) for x in {**one, **other}}
+    return {x: a if a == b else float(rounded_up(max(a, b), 1)) for x, (a, b) in both.items()}
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:

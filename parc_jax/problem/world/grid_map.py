@@ -25,12 +25,13 @@ class GridMap:
 
     free: (rows, columns) bool, row 0 at the origin, as in nav_msgs/OccupancyGrid. resolution: [m]
     side of a cell. origin: (x, y, yaw) [m, rad] of the outer corner of cell (0, 0); rows are
-    stacked along y turned by yaw.
+    stacked along y turned by yaw. occupied: the probability below which they are free, if known.
     """
 
     free: np.ndarray
     resolution: float
     origin: tuple[float, float, float]
+    occupied: float | None = None
 
     def free_space(
         self, place: npt.ArrayLike | None = None, reach: float | None = None
@@ -70,7 +71,8 @@ class GridMap:
             shapely.transform(one, lambda cell: cell @ turn + (x, y)) for one in (region, window)
         )
         # what stands on the map is no hole that the assumption of a scan may fill, nor a bay
-        return FreeSpace(region, standing=window.difference(region))
+        bounds = {} if self.occupied is None else {"occupied": self.occupied}
+        return FreeSpace(region, standing=window.difference(region), bounds=bounds)
 
     def __repr__(self) -> str:
         rows, columns = self.free.shape
@@ -78,7 +80,9 @@ class GridMap:
         return f"<GridMap: {rows} x {columns} cells of {self.resolution:g} m, {free}>"
 
 
-def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.ArrayLike) -> GridMap:
+def grid_map(
+    name: str, free: npt.ArrayLike, resolution: float, origin: npt.ArrayLike, occupied: float
+) -> GridMap:
     """A validated map. Raises InputError, which begins with `name`."""
     resolution = float(as_float64(f"{name} resolution", resolution, ()))
     x, y, yaw = (float(v) for v in as_float64(f"{name} origin (x, y, yaw)", origin, (3,)))
@@ -95,7 +99,7 @@ def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.Arra
             f" and {free.shape} cells of {resolution:g} m."
         )
     free.setflags(write=False)
-    return GridMap(free, resolution, (x, y, yaw))
+    return GridMap(free, resolution, (x, y, yaw), occupied)
 
 
 def occupancy_grid(
@@ -135,7 +139,8 @@ def occupancy_grid(
             "static map that it was made of (topic /map)."
         )
     _require_percent(CALL, cells.max(initial=0))
-    return grid_map(CALL, (cells >= 0) & (cells / 100 < FREE_THRESH), resolution, origin)
+    free = (cells >= 0) & (cells / 100 < FREE_THRESH)
+    return grid_map(CALL, free, resolution, origin, FREE_THRESH)
 
 
 def _require_percent(name: str, largest: float) -> None:
@@ -195,7 +200,8 @@ def load_map(path: str | Path) -> GridMap:
     colours, alpha = _pixels(path, path.parent / str(said["image"]))
     _require_percent(str(path), colours.max(initial=0.0) * 255)
     occupied = _occupied(colours, alpha, mode, bool(said["negate"]))
-    return grid_map(str(path), (occupied < free)[::-1], said["resolution"], said["origin"])
+    cells = (occupied < free)[::-1]
+    return grid_map(str(path), cells, said["resolution"], said["origin"], free)
 
 
 def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError, SoundnessError, reading
+from parc_jax.common.errors import InputError, SoundnessError, check_text, reading
 from parc_jax.common.on_use import package
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
@@ -135,24 +135,29 @@ def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
 class Edge(HPolytope):
     """An obstacle along the boundary of a region of the plane, beyond which nothing is one: for a
     start inside of it alone. region: a Shapely geometry [m], None for one in another frame, of
-    which no start is said to be inside. width: as of `FreeSpace`.
+    which no start is said to be inside. width: as of `FreeSpace`; told: its `bounds` in words.
     """
 
     region: Any = struct.field(pytree_node=False, default=None)
     width: float = struct.field(pytree_node=False, default=0.0)
+    told: str = struct.field(pytree_node=False, default="")
 
     @property
     def written(self) -> str:
-        """Its region as hexadecimal WKB, empty for none, and its width, which `edge_of` reads."""
+        """Its region as hexadecimal WKB, empty for none, its width, and what was told: `edge_of`
+        reads it.
+        """
         region = self.region.wkb_hex if self.region else ""
-        return f"{region} {self.width!r}" if self.width else region
+        more = f"; {self.told}" if self.told else ""
+        return f"{region} {self.width!r}{more}" if self.width or more else region
 
     @property
     def rests_on(self) -> str:
         """What it stands for, and what is assumed of what stands, as a sentence."""
         wide = f"; all that stands is at least {self.width!r} m wide" if self.width else ""
         free = "Within edges of free space nothing stands, and nothing has come since it was seen"
-        return f"{free}; beyond them nothing is known{wide}."
+        told = f"; as told each time, at most: {self.told}" if self.told else ""
+        return f"{free}; beyond them nothing is known{wide}{told}."
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""
@@ -170,10 +175,12 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     with reading(
         "edge", f"text as a saved scene has it, not {written!r:.40}", shapely.GEOSException
     ):
-        wkb, _, width = written.partition(" ")
+        edge, _, told = written.partition("; ")
+        wkb, _, width = edge.partition(" ")
         if not 0 <= (wide := float(width or 0)) < np.inf:
             raise ValueError
-        return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), wide)
+        check_text("what was told of it", told)
+        return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), wide, told)
 
 
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:

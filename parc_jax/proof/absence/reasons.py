@@ -204,11 +204,11 @@ class Contacts:
 
     def _nearest(self, p: np.ndarray) -> np.ndarray:
         """Points of the obstacle's boundary, among them the nearest ones to p (v, n_p) outside."""
-        along, start = self._edges
+        along, start = self._edges  # (e, n_p) each
         length = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
         share = np.einsum("evj,ej->ev", p[None] - start[:, None], along) / length[:, None]
-        on_edges = start[:, None] + np.clip(share, 0, 1)[:, :, None] * along[:, None]
-        nodes = np.concatenate([self.corners, on_edges.reshape(-1, p.shape[1])])
+        nearest = start[:, None] + np.clip(share, 0, 1)[:, :, None] * along[:, None]
+        nodes = np.concatenate([self.corners, nearest.reshape(-1, p.shape[1])])
         if p.shape[1] == 2:
             return nodes
         beyond = p @ self.A.T - self.b

@@ -106,10 +106,12 @@ class SignOracle:
         if v in self.rows:
             return self.rows[v]
         self.budget.check_time()
-        on, zero = self._signs_before(v, n_columns)
+        n_rows = len(self.exact.rows)
+        plus, zero = self.lattice.bits.at(v, n_columns)
+        on, zero = np.zeros(self.exact.first_neuron[-1], bool), np.flatnonzero(zero)
+        on[: n_columns - n_rows] = plus[n_rows:]  # neurons that are plus at v
         if v not in self.points:
             self.n_exact += 1
-            n_rows = len(self.exact.rows)
             self.points[v] = self.exact.vertex(
                 zero[zero < n_rows], zero[zero >= n_rows] - n_rows, on
             )
@@ -121,11 +123,3 @@ class SignOracle:
         lattice.rho.data[v] = 2.0**-52 * lattice.n
         self.rows[v] = np.array([sign_of(z) for z in values], np.uint8)
         return self.rows[v]
-
-    def _signs_before(self, v: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
-        """Neurons (n_hidden,) bool that are plus at vertex v, and the columns of sign zero."""
-        n_rows = len(self.exact.rows)
-        plus, zero = self.lattice.bits.at(v, n_columns)
-        on = np.zeros(self.exact.first_neuron[-1], bool)
-        on[: n_columns - n_rows] = plus[n_rows:]
-        return on, np.flatnonzero(zero)

@@ -110,7 +110,10 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
     """
     problem, start = scene.problem, _start(scene)
     obstacles = list(zip(problem.obstacles, problem.all_spans, strict=True))
-    body = list(_at_the_start(scene) if of_model else _about_first(scene))
+    # what is about the first point: boxes lo, hi of p + v, grown by a radius [m]
+    parts, zero = numbered(problem.body, scene.model.points), np.zeros((2, scene.model.n_p))
+    about_first = [one for x in parts if 0 in x.points for one in _grown(x.shape, zero)]
+    body = list(_at_the_start(scene)) if of_model else about_first
     places = []
     if not of_model:
         last = scene.model.time.n_steps - 1
@@ -130,13 +133,6 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
                     reach = f", which reaches {exact(radius)} m from there," if radius else ""
                     return f"{where}, the body{reach} touches obstacle {j}.", j
     return None
-
-
-def _about_first(scene: Scene):
-    """Parts of the body about its first point: boxes lo, hi of p + v, grown by a radius [m]."""
-    for part in numbered(scene.problem.body, scene.model.points):
-        if 0 in part.points:
-            yield from _grown(part.shape, np.zeros((2, scene.model.n_p)))
 
 
 def _at_the_start(scene: Scene):
