@@ -126,9 +126,10 @@ def starts_for(k: np.ndarray, now: Moving) -> list[float]:
 
 def shuffle(loop, around, now: Moving, gear, slot: Slot, case: Case, within, goal, at):
     """One step of the loop to and fro in a slot: into the goal where a stroke may lead there, else
-    as strokes into it were found, else the one that turns the car and moves it sideways most
-    towards it, in a gear (1, -1) or, where none is proved, in the other. Returns whether it is into
-    the goal, too.
+    the one that turns the car and moves it sideways most towards it, in a gear (1, -1) or, where
+    none is proved, in the other. Where such ones, one after another, seem not to lead into the
+    goal, it is that of the strokes into it that were found. Returns whether it is into the goal,
+    too.
     """
 
     def prefer(seen) -> np.ndarray:
@@ -144,7 +145,8 @@ def shuffle(loop, around, now: Moving, gear, slot: Slot, case: Case, within, goa
             if step.new:
                 slot.left()
                 return step, True
-    for _ in range(2):  # the second from where the car is, not from where it should be
+    # the second from where the car is, not from where it should be
+    for _ in range(0 if slot.alone(now.pose, gear) else 2):
         after = slot.after(now.pose)
         if after is None:
             break

@@ -24,6 +24,7 @@ AT_ONCE = 2000  # strokes that are looked at, the best first
 CELL = np.array([0.02, 0.02, 0.01])  # [m, m, rad] of cells of which one pose is followed
 TRIES = 3  # searches that find nothing, of a case
 AROUND = 9.0  # [m] from the car: obstacles farther than that are reached by no stroke
+MOST_ALONE = 26  # strokes that are looked ahead of which each is the best one alone
 NONE = 1e-9  # [m, rad] of the goal that a tube leaves which does not fit
 OFF = 0.03  # [m] beside its place, as of `apart`, from which the strokes that were found are left
 
@@ -59,15 +60,45 @@ class Slot:
     def __init__(self, case: Case, model, within=GOAL, uncertainty: pj.Uncertainty | None = None):
         uncertainty = uncertainty or pj.Uncertainty()
         self._case, self._next, self._failed = case, [], 0
+        self._model, self._within, self._alone = model, within, True
+        self._doubt = float(np.linalg.norm(uncertainty.shifts(2))), uncertainty.heading or 0.0
+        self._single = {gear: self._known(strokes(gear)) for gear in (1.0, -1.0)}
         k = np.concatenate([strokes(gear, EVERY) for gear in (1.0, -1.0)])
-        self._moves = ends(k, LOOKED)
-        width, final = tube_of(model, k)
-        shift, heading = float(np.linalg.norm(uncertainty.shifts(2))), uncertainty.heading or 0.0
-        self._width = width + shift + heading * c.LENGTH
-        place = np.hypot(final[:, 0], final[:, 1]) + shift
-        turn = within[1] - heading - final[:, -1]
-        room = np.column_stack([within[0] - place, within[0] - place, turn])
-        self._room = np.maximum(room, NONE)
+        self._moves, self._width, self._room = self._known(k)
+
+    def _known(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of manoeuvres (n, 3) poses along them, the width [m] of their tubes, and what these leave
+        of the goal (n, 3).
+        """
+        width, final = tube_of(self._model, k)
+        shift, heading = self._doubt
+        place = self._within[0] - np.hypot(final[:, 0], final[:, 1]) - shift
+        turn = self._within[1] - heading - final[:, -1]
+        room = np.maximum(np.column_stack([place, place, turn]), NONE)
+        return ends(k, LOOKED), width + shift + heading * c.LENGTH, room
+
+    def alone(self, pose: np.ndarray, gear: float) -> bool:
+        """Do strokes of which each is the best one alone lead from a pose (3,) into the goal? gear:
+        of the first. Where they once did not, this is not asked again: two poses may lead to each
+        other.
+        """
+        filled = self._filled(pose)
+        for _ in range(MOST_ALONE if self._alone else 0):
+            for sign in (gear, -gear):
+                moves, width, room = self._single[float(sign)]
+                along = compose(pose, moves)
+                off = offset_from(self._case.goal, along[:, -1])
+                fits = clear(along, filled, width)
+                if (fits & (np.abs(off) < room).all(axis=1)).any():
+                    return True
+                if fits.any():
+                    break
+            else:
+                break
+            pose = along[np.argmin(np.where(fits, wrong_of(off), np.inf)), -1]
+            gear = -sign
+        self._alone = False
+        return False
 
     def after(self, pose: np.ndarray) -> np.ndarray | None:
         """The pose (3,) to which the next stroke leads from a pose (3,); None where no strokes into
@@ -94,11 +125,13 @@ class Slot:
     def _searched(self, pose: np.ndarray) -> list[np.ndarray]:
         if self._failed >= TRIES:
             return []
-        here = shapely.Point(pose[:2])
-        near = [shape for shape in self._case.shapes if shape.distance(here) < AROUND]
-        filled = shapely.union_all(near)
+        filled = self._filled(pose)
         found = (self._ahead(pose, filled, *beam) for beam in BEAMS)
         return next(filter(None, found), [])
+
+    def _filled(self, pose: np.ndarray):
+        here = shapely.Point(pose[:2])
+        return shapely.union_all([one for one in self._case.shapes if one.distance(here) < AROUND])
 
     def _ahead(self, pose, filled, width: int, levels: int, spare: float) -> list[np.ndarray]:
         """Poses after one another, the first one included, into the goal; none without."""

@@ -299,11 +299,14 @@ def test_in_a_slot_strokes_to_and_fro_turn_the_car_and_move_it_sideways(off):
     assert (np.abs(kinematics.offset_from(case.goal, pose)) <= [0.1, *cases.GOAL]).all()
 
 
-def test_strokes_into_the_goal_are_found_where_the_best_single_one_leads_to_and_fro():
+def test_strokes_into_the_goal_are_found_where_the_best_single_one_leads_to_and_fro(monkeypatch):
     """Between the curb and the corner of the car in front: it has to come out again first."""
+    monkeypatch.setattr(slot, "BEAMS", ((100, 30, 0.006),))
     case, path = cases.case(7), []
     pose = kinematics.compose(case.goal, np.array([0.24, -0.108, -0.476]))
     there, n = slot.Slot(case, predict.model()), 0
+    assert there.alone(kinematics.compose(case.goal, np.array([0.1, -0.09, -0.3])), 1.0)
+    assert not there.alone(pose, 1.0)
     strokes = np.concatenate([slot.strokes(1.0), slot.strokes(-1.0)])
     while (after := there.after(pose)) is not None:
         off = slot.apart(kinematics.compose(pose, kinematics.ends(strokes)[:, 0]), after)
