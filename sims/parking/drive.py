@@ -18,8 +18,9 @@ from sims.parking.cases import GOAL, Case
 from sims.parking.guide import BUDGET, DRAWS, Guide
 from sims.parking.kinematics import compose, offset_from
 from sims.parking.known import Learned
-from sims.parking.prove import STROKES, Moving, goal_of, link, loop_with, shuffle, wrong
+from sims.parking.prove import Moving, goal_of, link, loop_with, shuffle
 from sims.parking.rehearse import rehearsed
+from sims.parking.slot import STROKES, Slot, wrong
 from sims.parking.way import Tried, Way
 
 LINKS = 80  # manoeuvres of a case
@@ -94,6 +95,7 @@ class Drive:
         loop.restart()
         self._around, self._spare = case.pieces, loop_with(loop.model, loop.uncertainty)
         self._guide = Guide(case, Learned(case, loop.model, within, loop.uncertainty))
+        self._slot = Slot(case, loop.model, within, loop.uncertainty)
         self._shares, self._best = iter(CLEAR), IN_THE_SLOT
         self.now, self.at = Moving(case.start), 0.0
         self.way: Way | None = None
@@ -110,6 +112,8 @@ class Drive:
         """Does a way, or may strokes, lead on from a pose (3,)? If not, the next share may."""
         if self.way is not None and self.i < len(self.way.k):
             return True
+        if self.way is None and self._slot.found:  # strokes that are under way
+            return True
         self.way, self.i, share = None, 0, next(self._shares, None)
         if share is not None:
             self._guide.space.share = share
@@ -120,8 +124,9 @@ class Drive:
                 self.why = f"no way was found within {followed:,} of {BUDGET:,} poses"
             return self.way is not None
         beside = wrong(self.case, known)
-        self.stuck = not beside < self._best  # nearer than where that was the last resort before
+        nearer = beside < self._best  # than where that was the last resort before
         self._best = beside
+        self.stuck = not nearer and (beside > IN_THE_SLOT or self._slot.after(known) is None)
         return not self.stuck
 
     def go_on(self, seen: Moving) -> None:
@@ -140,7 +145,7 @@ class Drive:
             shuffles = shuffles and abs(rest[0, 0]) <= c.way_of(STROKES[-1])
         if shuffles:
             gear = -np.sign(self.driven[-1].k[2]) if self.driven else 1.0
-            where = self.case, self.within, goal, self.at
+            where = self._slot, self.case, self.within, goal, self.at
             step, last = shuffle(self.loop, self._around, seen, gear, *where)
         if step.new:
             self.driven.append(step.committed)

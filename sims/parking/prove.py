@@ -2,7 +2,7 @@
 stroke to and fro in a slot (`shuffle`).
 """
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,18 +24,17 @@ from sims.parking.kinematics import (
     steering,
 )
 from sims.parking.predict import MODEL, asked, predicted, told, tube_of
+from sims.parking.slot import PER_RADIAN, Slot, apart, strokes, wrong
 from sims.parking.way import Way
 from sims.rectangle import rectangle
 
 NEAREST = 0.01  # [m] from its target that a manoeuvre may end
 AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and their spread
 WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
-PER_RADIAN = 2.5  # [m] that a wrong heading counts as
 NO_LESS = 0.21  # [m] that a manoeuvre goes on beyond where a car that rolls could stop
 LITTLE = 0.02  # share of its wheels' turn, at least, for which a car at rest stands
-# ways, as k has them, and shares of the steering of strokes to shuffle by: AROUND of them
-STROKES, LOCKS = np.linspace(0.05, 0.36, 24), np.array([-1.0, -0.8, 0.8, 1.0])
-STRAIGHT = np.radians(0.4)  # of heading that is not turned back while the car moves sideways
+SIGNS = (1.0, -1.0)  # of gears
+STRAYS = 0.03  # [m] beside where a stroke was found to lead that one may, as of `apart`
 
 
 class Moving(NamedTuple):
@@ -125,38 +124,52 @@ def starts_for(k: np.ndarray, now: Moving) -> list[float]:
     return list(dict.fromkeys(float(c.starts_at(one)) for one in shares))
 
 
-def shuffle(loop, around, now: Moving, gear, case: Case, within, goal, at):
+def shuffle(loop, around, now: Moving, gear, slot: Slot, case: Case, within, goal, at):
     """One step of the loop to and fro in a slot: into the goal where a stroke may lead there, else
     the one that turns the car and moves it sideways most towards it, in a gear (1, -1) or, where
-    none is proved, in the other. Returns whether it is into the goal, too.
-
-    A way of dozens of strokes is not followed: from where one of them ends most of the next do not
-    lead back to it.
+    none is proved, in the other. Where such ones, one after another, seem not to lead into the
+    goal, it is that of the strokes into it that were found. Returns whether it is into the goal,
+    too.
     """
-    strokes, first, last = (one.ravel() for one in np.meshgrid(STROKES, LOCKS, LOCKS))
 
     def prefer(seen) -> np.ndarray:
         return wrong(case, np.column_stack([seen.path[:, -1], seen.heading]))
 
     for sign in (gear, -gear):
-        k = np.column_stack([sign * c.way_of(strokes), MOST * first, MOST * last])
+        k = strokes(sign)
         off = np.abs(offset_from(case.goal, compose(now.pose, ends(k)[:, 0])))
         final = tube_of(loop.model, k)[1]
         room = within[0] - np.hypot(final[:, 0], final[:, 1])
         if ((off[:, :2].max(axis=1) < room) & (off[:, 2] < within[1] - final[:, -1])).any():
             step = choose(loop, around, now, c.AT_REST, k, prefer, goal, at)
             if step.new:
+                slot.left()
                 return step, True
-        step = choose(loop, around, now, c.AT_REST, k, prefer, None, at)
+    # the second from where the car is, not from where it should be
+    for _ in range(0 if slot.alone(now.pose, gear) else 2):
+        after = slot.after(now.pose)
+        if after is None:
+            break
+        off = {sign: apart(compose(now.pose, ends(strokes(sign))[:, 0]), after) for sign in SIGNS}
+        sign = min(SIGNS, key=lambda one: off[one].min())
+        near = strokes(sign)[off[sign] < STRAYS]
+        if len(near):
+            k = np.resize(near, (AROUND, 3))
+            step = choose(loop, around, now, c.AT_REST, k, partial(beside, after), None, at)
+            if step.new:
+                slot.driven()
+                return step, False
+        slot.left()
+    for sign in (gear, -gear):
+        step = choose(loop, around, now, c.AT_REST, strokes(sign), prefer, None, at)
         if step.new:
             break
     return step, False
 
 
-def wrong(case: Case, pose: np.ndarray) -> np.ndarray:
-    """[m] by which poses (..., 3) are beside the goal, a wrong heading included."""
-    off = np.abs(offset_from(case.goal, pose))
-    return off[..., 1] + PER_RADIAN * np.maximum(off[..., 2] - STRAIGHT, 0.0)
+def beside(pose: np.ndarray, seen) -> np.ndarray:
+    """[m] that manoeuvres which the loop sees end beside a pose (3,)."""
+    return apart(np.column_stack([seen.path[:, -1], seen.heading]), pose)
 
 
 def choose(loop, around, now: Moving, start, k, prefer, goal, at):

@@ -32,6 +32,7 @@ from sims.parking import (
     quicker,
     rehearse,
     shortest,
+    slot,
     space,
     turned,
 )
@@ -279,12 +280,13 @@ def test_in_a_slot_strokes_to_and_fro_turn_the_car_and_move_it_sideways(off):
     case, loop, run = cases.case(7), prove.loop_of(), drive.black_box()
     loop.restart()
     around, pose, wheels, gear = case.pieces, kinematics.compose(case.goal, off), 0.0, 1.0
+    there = slot.Slot(case, loop.model)
     path, last = [pose[None]], False
     for i in range(20):
         goal = prove.goal_of(case, pose)
         now = prove.Moving(pose, wheels)
         step, last = prove.shuffle(
-            loop, around, now, gear, case, cases.GOAL, goal, i * loop.model.time.t_f
+            loop, around, now, gear, there, case, cases.GOAL, goal, i * loop.model.time.t_f
         )
         assert step.new
         k = step.committed.k
@@ -295,6 +297,32 @@ def test_in_a_slot_strokes_to_and_fro_turn_the_car_and_move_it_sideways(off):
             break
     assert last and drive.judged(case, np.concatenate(path)) > 0
     assert (np.abs(kinematics.offset_from(case.goal, pose)) <= [0.1, *cases.GOAL]).all()
+
+
+def test_strokes_into_the_goal_are_found_where_the_best_single_one_leads_to_and_fro(monkeypatch):
+    """Between the curb and the corner of the car in front: it has to come out again first."""
+    monkeypatch.setattr(slot, "BEAMS", ((100, 30, 0.006),))
+    case, path = cases.case(7), []
+    pose = kinematics.compose(case.goal, np.array([0.24, -0.108, -0.476]))
+    there, n = slot.Slot(case, predict.model()), 0
+    assert there.alone(kinematics.compose(case.goal, np.array([0.1, -0.09, -0.3])), 1.0)
+    assert not there.alone(pose, 1.0)
+    strokes = np.concatenate([slot.strokes(1.0), slot.strokes(-1.0)])
+    while (after := there.after(pose)) is not None:
+        off = slot.apart(kinematics.compose(pose, kinematics.ends(strokes)[:, 0]), after)
+        assert off.min() < 1e-4
+        along = kinematics.ends(strokes[[off.argmin()]], 16)[0]
+        path.append(np.concatenate([pose[None], kinematics.compose(pose, along)]))
+        assert n or slot.wrong(case, after) > slot.wrong(case, pose)
+        pose, n = after, n + 1
+        there.driven()
+    assert 5 < n <= 30 and drive.judged(case, np.concatenate(path)) > 0
+    assert (np.abs(kinematics.offset_from(case.goal, pose)) <= [0.1, *cases.GOAL]).all()
+
+
+def test_strokes_are_found_where_nothing_is_near():
+    case = cases.case_of("here", REST, [8.0, 0.0, 0.0], [[[60.0, 0], [61, 0], [61, 1]]])
+    assert slot.Slot(case, predict.model()).after(np.array([8.0, 0.1, 0.0])) is not None
 
 
 def test_in_a_wider_goal_a_way_ends_where_it_suits():
