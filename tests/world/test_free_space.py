@@ -8,6 +8,7 @@ from itertools import pairwise
 import jax
 import numpy as np
 import pytest
+import toy_models
 from exact_cover import exact, meets
 from needs import need
 from toy_models import line_model
@@ -24,6 +25,7 @@ from parc_jax.app.files.answer_file import load_answer  # noqa: E402
 from parc_jax.common.sets.hpolytope import HPolytope  # noqa: E402
 from parc_jax.learning.bound.error_set import faces  # noqa: E402
 from parc_jax.learning.bound.tube import fitted_tube  # noqa: E402
+from parc_jax.learning.system import TURNS  # noqa: E402
 from parc_jax.problem.body import Polygon, body_of  # noqa: E402
 from parc_jax.problem.robust.nominal import query  # noqa: E402
 from parc_jax.problem.world import free_space  # noqa: E402
@@ -335,6 +337,7 @@ def mapped():
     [
         (lambda: scanned(), MOST),
         (lambda: scanned(noise=0.0125), MOST.replace("0.01 m", "0.0125 m")),
+        (lambda: scanned(noise=0.1 / 3), MOST.replace("0.01 m", "0.04 m")),
         (lambda: scanned(angle_error=0.0), MOST.replace("0.001 rad", "0 rad")),
         (lambda: scanned().add(scanned()), MOST),
         # more than one number is of several, and few texts come of a loop
@@ -360,6 +363,14 @@ def test_an_edge_tells_the_bounds_that_were_told(free, told):
     (said,) = {edge.rests_on for edge in free.near((0.5, 0.0), 2.0).obstacles()}
     law = LAW if free.width else LAW.replace("; all that stands is at least 0.15 m wide", "")
     assert said == (f"{law[:-1]}{TOLD}{told}." if told else law)
+
+
+def test_edges_tell_it_in_the_frame_of_the_robot_too():
+    turning = toy_models.told(line_model(4, 0.01, rests=True), rotation=(TURNS,))
+    edges = free_place(SQUARE, 0.5).obstacles()
+    problem = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), edges, 0.1)
+    asked = query(problem, turning, [0.1, 0.0, 0.5]).nominal()
+    assert asked.problem.rests_on == problem.rests_on and "0.5 m" in str(problem.rests_on)
 
 
 def test_a_loop_says_how_wide_all_is_that_stands():

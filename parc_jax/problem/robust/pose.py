@@ -120,5 +120,5 @@ def _turned(
     last = np.cumsum([len(o.b) for o in obstacles])[:-1]
     own = zip(obstacles, np.split(A @ turn, last), np.split(bounds, last), strict=True)
     # a region is told in the world
-    told = ((o, (None, o.width) if isinstance(o, Edge) else (), *rest) for o, *rest in own)
+    told = ((o, (None, o.width, o.told) if isinstance(o, Edge) else (), *rest) for o, *rest in own)
     return tuple(type(o)(rows, off, *lost) for o, lost, rows, off in told)

@@ -293,9 +293,10 @@ class FreeSpace:
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
         pieces = thin_pieces(self._edges())
-        told = [
-            words.format(exact(self.bounds[x])) for x, words in BOUNDS.items() if x in self.bounds
-        ]
+        told = []
+        for name in (x for x in BOUNDS if x in self.bounds):
+            text = exact(bound := self.bounds[name])
+            told.append(BOUNDS[name].format(text if len(text) < 9 else rounded_up(bound, 1)))
         of = self.region, float(self.width), ", ".join(told)
         return tuple(Edge(one.A, one.b, *of) for one in pieces)
 
@@ -395,7 +396,9 @@ def _filled(region: "shapely.Geometry", width: float):
 
 
 def _most(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """Bounds of both; what differs is rounded up, or each cycle of a loop had a sentence."""
+    """Bounds of both; what differs is rounded up, as is what has many digits: a few sentences tell
+    of all cycles of a loop.
+    """
     both = {x: (one.get(x, other.get(x)), other.get(x, one.get(x))) for x in {**one, **other}}
     return {x: a if a == b else float(rounded_up(max(a, b), 1)) for x, (a, b) in both.items()}
 
