@@ -58,7 +58,7 @@ def test_wrong_labels_are_refused(wrong):
 @pytest.mark.parametrize(
     "wrong",
     [{"q": ("yaw [deg]", "wind")}, {"q": ("yaw (deg)", "wind")}, {"q": ("yaw_degrees", "wind")}]
-    + [{"p": (f"x{unit}", "y [m]")} for unit in (" [cm]", " (mm)", " mm", "_mm")],
+    + [{"p": (f"x{unit}", "y [m]")} for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm")],
 )
 def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
     about = "cart", Cart.domain, pj.learning.time_grid(0.5, 1.0), 2, 2, None, ("turns", "stays")

@@ -59,7 +59,7 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     out: dict[str, list[Heard]] = {topic: [] for topic in topics}
     try:
         with reader([path], default_typestore=plain) as bag:
-            listed = sorted(f"{c.topic} ({c.msgtype})" for c in bag.connections)
+            listed = sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})
             if missing := {*topics} - {c.topic for c in bag.connections}:
                 more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
                 has = f"{', '.join(listed[:SHOWN]) or 'none'}{more}"

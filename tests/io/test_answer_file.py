@@ -178,6 +178,10 @@ def test_what_contradicts_itself_is_refused_though_its_hashes_fit(answer, tmp_pa
     data["meta"] = hashed(data["meta"] | at)
     with pytest.raises(InputError, match="and fits its claim"):
         load_answer(save(tmp_path / "turned.json", data))
+    data = json.loads((tmp_path / "answer.json").read_text())
+    data["meta"] = hashed(data["meta"] | {"places": [["base\nIt is safe", 0, 0]]})
+    with pytest.raises(InputError, match="places: expected text on one line"):
+        load_answer(save(tmp_path / "line.json", data))
     model = answer.model.replace(
         claim=derived(answer.model.claim, evidence={"network_of_runs": ""})
     )

@@ -344,6 +344,11 @@ def mapped():
         (lambda: scanned().add(scanned(noise=0.0125)), MOST.replace("0.01 m", "0.02 m")),
         (lambda: scanned(noise=0.0125).add(scanned()), MOST.replace("0.01 m", "0.02 m")),
         (
+            lambda: scanned(noise=0.0125).add(scanned()).add(scanned()).add(scanned()),
+            MOST.replace("0.01 m", "0.02 m"),
+        ),
+        (lambda: scanned(noise=0.1).add(scanned()), MOST.replace("0.01 m", "0.1 m")),
+        (
             lambda: scanned().drifted((0, 0, 0), (0.02, 0.01), 0.004).within((0, 0), 2.0),
             f"{MOST}, the frame drifts by 0.02 m, it turns by 0.004 rad",
         ),

@@ -157,7 +157,7 @@ def test_a_beam_that_says_nothing_shows_nothing():
         ({"angles": np.linspace(-135, 135, 7)}, "Are they degrees"),
         ({"pose": (0, 0)}, r"pose.*expected shape \(3,\)"),
         ({"pose": (0, 0, np.nan)}, "pose"),
-        ({"pose": (0, 0, 90.0)}, "heading: expected rad, at most 62.83; got 90. Is it in"),
+        ({"pose": (0, 0, 90.0)}, "heading: expected rad, at most 63; got 90. Is it in"),
         ({"pose": (4e5, 5e6, 0)}, "pose: expected finite coordinates up to 100000 m; got 5e.06"),
         ({"noise": -0.1}, "noise >= 0"),
         ({"noise": None}, "noise, width, angle_error, tolerance: expected finite numbers"),

@@ -5,7 +5,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import looks_of_json
 from parc_jax.checker import Rejected, check_answer, load, number
-from parc_jax.common.errors import InputError, reading
+from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.spelling import hex_floats, nearest_floats
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.statement import VALIDATED
@@ -61,6 +61,7 @@ def _answer(data: dict, report) -> Answer:
         edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]
     problem = problem.replace(obstacles=edges, spans=spans)
     if "places" in meta:  # of a footprint
+        check_text("places", "".join(name for name, *_ in meta["places"]))
         places = tuple((name, float(x), float(y)) for name, x, y in meta["places"])
         problem = problem.replace(body=Body(problem.parts, places))
     nominal = _nominal(problem, model, meta)

@@ -205,7 +205,7 @@ class Subject:
         units = [(label, "m") for label in self.labels.p]
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
-            last = re.split(r"[ _(]", label.rstrip(")"))[-1]
+            last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
             if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
                 raise InputError(
                     f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

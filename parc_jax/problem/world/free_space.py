@@ -396,11 +396,10 @@ def _filled(region: "shapely.Geometry", width: float):
 
 
 def _most(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """Bounds of both; what differs is rounded up, as is what has many digits: a few sentences tell
-    of all cycles of a loop.
-    """
-    both = {x: (one.get(x, other.get(x)), other.get(x, one.get(x))) for x in {**one, **other}}
-    return {x: a if a == b else float(rounded_up(max(a, b), 1)) for x, (a, b) in both.items()}
+    """The most of both; what differs is rounded up, so that few sentences tell of all cycles."""
+    both = {x: {one.get(x, y), other.get(x, y)} for x, y in {**one, **other}.items()}
+    up = {x: float(rounded_up(exact(max(of)), 1)) for x, of in both.items() if len(of) > 1}
+    return {x: max(of) for x, of in both.items()} | up
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:

@@ -198,7 +198,8 @@ def load_map(path: str | Path) -> GridMap:
             f"{mode!r:.20} and {said['negate']!r:.20}."
         )
     colours, alpha = _pixels(path, path.parent / str(said["image"]))
-    _require_percent(str(path), colours.max(initial=0.0) * 255)
+    unknown = colours * 255 > 100 if mode == "raw" else np.round(colours * 255) == UNKNOWN
+    _require_percent(str(path), 255 * colours.max(initial=0.0, where=~unknown))
     occupied = _occupied(colours, alpha, mode, bool(said["negate"]))
     cells = (occupied < free)[::-1]
     return grid_map(str(path), cells, said["resolution"], said["origin"], free)

@@ -68,7 +68,7 @@ def require_near(name: str, places: np.ndarray) -> None:
 
 def require_turn(name: str, heading: float, turns: int = 1) -> None:
     """Raises InputError for a heading [rad] of more turns."""
-    if abs(heading) > (most := 2 * np.pi * turns):
+    if abs(heading) > (most := 6.3 * turns):
         raise InputError(
             f"{name}: expected rad, at most {most:.4g}; got {heading:g}. Is it in degrees? One "
             "that counts turns: math.remainder(heading, 2 * math.pi)."
