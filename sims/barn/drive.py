@@ -24,8 +24,8 @@ LIDAR = {"beams": 720, "max_range": 30.0}  # as the challenge's; what is nearer 
 SWEEP = 0.01875  # [s] that the lidar of the true robot takes for 270 degrees, at 40 Hz
 CLOSER = 0.1  # [m] by which it has to get shorter to count
 # A robot slower than SLOW [m/s] whose way leads BEHIND [rad], or at less than CREEPS without any
-# manoeuvre, looks where it can turn, for so many cycles
-SLOW, BEHIND, CREEPS, TURNING = 0.9, 1.8, 0.4, 30
+# manoeuvre, looks where it can turn, for so many cycles, or until its way is AHEAD [rad], with room
+SLOW, BEHIND, CREEPS, TURNING, AHEAD = 0.9, 1.8, 0.4, 30, 0.8
 STALLED = 15  # cycles in which the way to the goal gets no shorter: another way is tried
 
 
@@ -120,8 +120,11 @@ def drive(
             step = loop.go_on(look.why, look.free.gone, look.here, robot.time, off)
         else:
             prefer = guide.prefer
-            if abs(robot.measured[0]) < SLOW and guide.away(look.here) > BEHIND:
+            away = guide.away(look.here)
+            if abs(robot.measured[0]) < SLOW and away > BEHIND:
                 turning = TURNING
+            elif turning > 0 and away < AHEAD and guide.roomy(look.here):
+                turning = 0
             if turning > 0:
                 prefer = Turns(look.here, guide, look.free, system.size).prefer
             prefer = others(prefer, at_rest) if at_rest else prefer

@@ -18,6 +18,7 @@ NARROW = 8.0  # ... so many times as long, that a wider one is looked for
 HARDLY = 0.28  # [m] nearer than this no robot on odometry was ever seen to pass ...
 BARELY = 6.0  # ... and a way is so many times longer still
 AHEAD = 8  # cells on, the way shows where to turn to ...
+ROOMY = 4 / 3  # m / m of a way, where nothing stands close
 TURN = 0.3  # [m / rad] ... and turning is worth this much of it
 TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as longer ...
 FACTOR = 1.5  # ... by this, each time
@@ -164,6 +165,10 @@ class Guidance:
         x, y = self._ahead(place)[0]
         turn = np.arctan2(y, x) - pose[2]
         return float(abs(np.arctan2(np.sin(turn), np.cos(turn)))) if x or y else 0.0
+
+    def roomy(self, place) -> bool:
+        """Is nothing as near to a place (2,) as would make a way longer by a third?"""
+        return bool(self._worth[self._cell(np.asarray(place)[:2])] < ROOMY)
 
     def window(self, place, half: int) -> "Window":
         """What is known of the cells around a place (2,), so many to each side."""
