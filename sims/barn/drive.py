@@ -12,6 +12,7 @@ from parc_jax.common.keys import as_key
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
 from sims.barn.sight import Mapped, Seen
+from sims.barn.turns import Turns
 from sims.barn.worlds import NEAR, TIMEOUT, World, metric
 from sims.jackal import drift
 from sims.jackal.driven import Driven
@@ -22,6 +23,9 @@ SHARE = 4  # of the candidates one of so many is asked in a cycle that follows o
 LIDAR = {"beams": 720, "max_range": 30.0}  # as the challenge's; what is nearer than 0.1 m touches
 SWEEP = 0.01875  # [s] that the lidar of the true robot takes for 270 degrees, at 40 Hz
 CLOSER = 0.1  # [m] by which it has to get shorter to count
+# A robot slower than SLOW [m/s] whose way leads BEHIND [rad], or at less than CREEPS without any
+# manoeuvre, looks where it can turn, for so many cycles, or until its way is AHEAD [rad], with room
+SLOW, BEHIND, CREEPS, TURNING, AHEAD = 0.9, 1.8, 0.4, 30, 0.8
 STALLED = 15  # cycles in which the way to the goal gets no shorter: another way is tried
 
 
@@ -99,7 +103,7 @@ def drive(
     guide = Guidance(world.start, world.goal, NEAR)
     poses, free, steps = [], [], []
     edges, plan_s, see_s, guide_s = [], [], [], []
-    at_rest, nearest, since, begun, drifted = 0, np.inf, 0, 0, 0.0
+    at_rest, nearest, since, turning, begun, drifted = 0, np.inf, 0, 0, 0, 0.0
     corner = float(np.hypot(*system.size)) / 2
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         begin, measured = time.process_time(), None if clock is None else clock()
@@ -115,7 +119,15 @@ def drive(
         if look.why:
             step = loop.go_on(look.why, look.free.gone, look.here, robot.time, off)
         else:
-            prefer = others(guide.prefer, at_rest) if at_rest else guide.prefer
+            prefer = guide.prefer
+            away = guide.away(look.here)
+            if abs(robot.measured[0]) < SLOW and away > BEHIND:
+                turning = TURNING
+            elif turning > 0 and away < AHEAD and guide.roomy(look.here):
+                turning = 0
+            if turning > 0:
+                prefer = Turns(look.here, guide, look.free, system.size).prefer
+            prefer = others(prefer, at_rest) if at_rest else prefer
             asked = look.here, robot.measured, look.obstacles, prefer, robot.time
             told = {"measured": measured, "drift": off, "gone": look.free.gone}
             step = loop.step(*asked, **told, explain=explain)
@@ -123,9 +135,12 @@ def drive(
             robot.begin(*step.committed.k[-2:])
             begun, drifted = len(poses) - 1, max(drifted, off)
         at_rest = 0 if step.new else at_rest + 1
+        turning = TURNING if at_rest and abs(robot.measured[0]) < CREEPS else turning - 1
         to_go = float(guide.cost(look.here[:2]))
         nearest, since = (to_go, 0) if to_go < nearest - CLOSER else (nearest, since + 1)
-        if since >= STALLED or not step.new:
+        # who looks where to turn stands between two manoeuvres: not before all were asked
+        asked_all = not step.new and (turning <= 0 or at_rest % SHARE == 0)
+        if since >= STALLED or asked_all:
             guide.give_up(look.here)
             nearest, since = np.inf, 0
         ended = time.process_time()

@@ -2,6 +2,8 @@
 what it gets wrong costs time, never safety.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
@@ -13,7 +15,10 @@ NEAR = 0.45  # [m] nearer than this, a way is longer than it is
 STEEP = 40.0  # [1 / m^2] by how much
 NEEDS = 0.3  # [m] of the body and a tube around it: nearer than this little is proved, and a way is
 NARROW = 8.0  # ... so many times as long, that a wider one is looked for
+HARDLY = 0.28  # [m] nearer than this no robot on odometry was ever seen to pass ...
+BARELY = 6.0  # ... and a way is so many times longer still
 AHEAD = 8  # cells on, the way shows where to turn to ...
+ROOMY = 4 / 3  # m / m of a way, where nothing stands close
 TURN = 0.3  # [m / rad] ... and turning is worth this much of it
 TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as longer ...
 FACTOR = 1.5  # ... by this, each time
@@ -25,6 +30,19 @@ STEPS = np.array([(1, 0), (0, 1), (1, 1), (1, -1), (-1, 0), (0, -1), (-1, -1), (
 HALF = np.hypot(*STEPS.T) * CELL / 2  # [m]
 BEYOND = round(NEAR / CELL)  # cells: from so far on what was seen makes no way longer
 ANY = np.finfo(float).max  # [m] the longest way, but for one through what stands there
+
+
+class Window(NamedTuple):
+    """Of cells around a place: lo (2,) [m], the middle of the first; cost [m] from each, FAR where
+    it was not counted; is it at the goal; how much longer it counts as it was tried; ahead (..., 2)
+    [m] to where its way leads.
+    """
+
+    lo: np.ndarray
+    cost: np.ndarray
+    goal: np.ndarray
+    tried: np.ndarray
+    ahead: np.ndarray
 
 
 class Guidance:
@@ -141,6 +159,31 @@ class Guidance:
         places = self._places.reshape(-1, 2)
         return (places[at] - places[begin])[of]
 
+    def away(self, pose) -> float:
+        """[rad] by which a pose (3,) has to turn to where its way leads; 0 where none does."""
+        place = self._cell(np.asarray(pose[:2])[None])
+        x, y = self._ahead(place)[0]
+        turn = np.arctan2(y, x) - pose[2]
+        return float(abs(np.arctan2(np.sin(turn), np.cos(turn)))) if x or y else 0.0
+
+    def roomy(self, place) -> bool:
+        """Is nothing as near to a place (2,) as would make a way longer by a third?"""
+        return bool(self._worth[self._cell(np.asarray(place)[:2])] < ROOMY)
+
+    def window(self, place, half: int) -> "Window":
+        """What is known of the cells around a place (2,), so many to each side."""
+        a, b = self._cell(np.asarray(place))
+        beside, last = np.arange(-half, half + 1), np.array(self._cost.shape) - 1
+        rows, columns = np.clip(a + beside, 0, last[0]), np.clip(b + beside, 0, last[1])
+        of = np.ix_(rows, columns)
+        ahead = self._ahead(tuple(each.ravel() for each in np.broadcast_arrays(*of)))
+        told = self._cost[of], self._goal[of], self._tried[of]
+        return Window(self._places[a, b] - half * CELL, *told, ahead.reshape(len(rows), -1, 2))
+
+    def stands(self, places: np.ndarray) -> np.ndarray:
+        """(...) bool, was something seen to stand at places (..., 2)?"""
+        return self._occupied[self._cell(places)]
+
     def prefer(self, seen) -> np.ndarray:
         """Of an Outlook: where it comes to rest, and how far it has to turn there. No heading is
         worse than its neighbours on both sides, so the robot turns around where it has to.
@@ -156,7 +199,8 @@ class Guidance:
 def _worth_of(apart: np.ndarray) -> np.ndarray:
     """[m / m] of cells so far [m] from what was seen."""
     worth = 1 + STEEP * np.maximum(0, NEAR - apart) ** 2
-    return np.where(apart < INSIDE, np.inf, np.where(apart < NEEDS, NARROW, 1.0) * worth)
+    worth *= np.where(apart < NEEDS, NARROW, 1.0) * np.where(apart < HARDLY, BARELY, 1.0)
+    return np.where(apart < INSIDE, np.inf, worth)
 
 
 WORTH = _worth_of(np.sqrt(np.arange(256)) * CELL)
