@@ -302,8 +302,8 @@ def swept(scene: Scene, plans: np.ndarray, pieces: int = PIECES, tube: bool = Fa
     if not len(plans):
         return np.zeros((0, 3)), np.zeros((0, 3), int), np.zeros((0, model.time.n_steps + 1, 3))
     u = all_around(n_p).astype(float)  # directions, and triangles between them
-    flat = np.array([[0, i, i + 1] for i in range(1, len(u) - 1)])
-    fan = flat if n_p == 2 else convex_hull(u).simplices
+    flat = [[0, i, i + 1] for i in range(1, len(u) - 1)]
+    fan = np.array(flat) if n_p == 2 else convex_hull(u).simplices
     path = paths_of(model, plans[:, :n_p], plans[:, n_p:])
     places = by_point(path, model.n_points)
     last = places.shape[1] - 1

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import counted, exact, rounded_up
+from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
 
@@ -105,7 +105,7 @@ class Beams:
 
 STANDS = Beams(np.zeros(2), *[np.zeros(0)] * 4, 0.0, 0, False)
 CALL = "free space"
-BOUNDS = {  # what may be told, and of what: the sentence of an edge has the most of it
+BOUNDS = {  # what may be told, and of what: from the least, which alone is sure, to the most
     "noise": "ranges are off by {} m",
     "angle_error": "beams by {} rad",
     "place": "poses by {} m",
@@ -131,7 +131,7 @@ class FreeSpace:
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
     memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
-    bounds: the most that was told of anything in it, by names of BOUNDS.
+    bounds: the one number, or the least and the most, that were told of anything, as in BOUNDS.
     """
 
     region: Any
@@ -142,7 +142,7 @@ class FreeSpace:
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
     memory: bool = field(default=False, repr=False)
-    bounds: Mapping[str, float] = field(default_factory=dict, repr=False)
+    bounds: Mapping[str, tuple[float, ...]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self):
         for name in ("gone", "standing"):
@@ -175,7 +175,7 @@ class FreeSpace:
             if not away.is_empty:
                 region = _areas(region.difference(away))
         newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
-        kept = {"newer": newer, "memory": True, "bounds": _most(self.bounds, other.bounds)}
+        kept = {"newer": newer, "memory": True, "bounds": _ends(self.bounds, other.bounds)}
         return FreeSpace(region, width, gone, standing, some + more, **kept)
 
     def forget(self) -> "FreeSpace":
@@ -242,7 +242,7 @@ class FreeSpace:
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
-        bounds = _most(self.bounds, {"moved": max(along, across), "turned": turned})
+        bounds = _ends(self.bounds, {"moved": (max(along, across),), "turned": (turned,)})
         told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
         return replace(self, region=region, bounds=bounds, **told)
 
@@ -293,10 +293,8 @@ class FreeSpace:
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
         pieces = thin_pieces(self._edges())
-        told = []
-        for name in (x for x in BOUNDS if x in self.bounds):
-            text = exact(bound := self.bounds[name])
-            told.append(BOUNDS[name].format(text if len(text) < 9 else rounded_up(bound, 1)))
+        told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
+        told = [words.format(told[x]) for x, words in BOUNDS.items() if x in told]
         of = self.region, float(self.width), ", ".join(told)
         return tuple(Edge(one.A, one.b, *of) for one in pieces)
 
@@ -325,7 +323,7 @@ def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     margin = float(as_float64("free_place margin", margin, ()))
     # arcs become chords, which lie inside
     place = shrunk(hull, -margin, 0.0) if margin < 0 else _areas(hull.buffer(margin))
-    told = {"margin": margin} if margin > 0 else {"place": -margin} if margin < 0 else {}
+    told = {"margin": (margin,)} if margin > 0 else {"place": (-margin,)} if margin < 0 else {}
     return FreeSpace(place, beams=STANDS, bounds=told)
 
 
@@ -395,11 +393,14 @@ def _filled(region: "shapely.Geometry", width: float):
     return shapely.union_all(out)
 
 
-def _most(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """The most of both; what differs is rounded up, so that few sentences tell of all cycles."""
-    both = {x: {one.get(x, y), other.get(x, y)} for x, y in {**one, **other}.items()}
-    up = {x: float(rounded_up(exact(max(of)), 1)) for x, of in both.items() if len(of) > 1}
-    return {x: max(of) for x, of in both.items()} | up
+def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tuple]:
+    """What was told of both: one short number, or the least and the most, rounded outward, so that
+    few sentences tell of all cycles of a loop.
+    """
+    both = {x: {*one.get(x, ()), *other.get(x, ())} for x in {**one, **other}}
+    short = {x: tuple(of) for x, of in both.items() if len(of) == 1 and len(exact(*of)) < 9}
+    ends = [(x, exact(min(of)), exact(max(of))) for x, of in both.items()]
+    return {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in ends} | short
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:

@@ -71,7 +71,7 @@ class GridMap:
             shapely.transform(one, lambda cell: cell @ turn + (x, y)) for one in (region, window)
         )
         # what stands on the map is no hole that the assumption of a scan may fill, nor a bay
-        bounds = {} if self.occupied is None else {"occupied": self.occupied}
+        bounds = {} if self.occupied is None else {"occupied": (self.occupied,)}
         return FreeSpace(region, standing=window.difference(region), bounds=bounds)
 
     def __repr__(self) -> str:

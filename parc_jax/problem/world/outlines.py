@@ -144,9 +144,7 @@ class Edge(HPolytope):
 
     @property
     def written(self) -> str:
-        """Its region as hexadecimal WKB, empty for none, its width, and what was told: `edge_of`
-        reads it.
-        """
+        """Region as hexadecimal WKB, empty for none, width, and what was told: for `edge_of`."""
         region = self.region.wkb_hex if self.region else ""
         more = f"; {self.told}" if self.told else ""
         return f"{region} {self.width!r}{more}" if self.width or more else region

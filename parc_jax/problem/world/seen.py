@@ -90,9 +90,9 @@ def seen_from(
     off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
     place, directions = pose[:2], pose[2] + angles
     beams = Beams(place, directions, reach, ends, off, moved, more, closed)
-    bounds = {"noise": noise, "angle_error": angle_error, "place": moved, "heading": turned}
+    told = {"noise": noise, "angle_error": angle_error, "place": moved, "heading": turned}
     region = shrunk(star, moved + TOLERANCES.outline, tolerance)
-    return FreeSpace(region, width, beams=beams, bounds=bounds)
+    return FreeSpace(region, width, beams=beams, bounds={x: (y,) for x, y in told.items()})
 
 
 def _closed(angles: Float[np.ndarray, " n"], ranges: Float[np.ndarray, "2 n"]):
