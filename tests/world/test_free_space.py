@@ -320,14 +320,32 @@ def test_files_keep_the_region_that_edges_are_of(tmp_path):
 
 TOLD = "; as told each time, at most: "
 ERRORS = {"noise": 0.01, "angle_error": 0.001, "uncertainty": (0.02, 0.003)}
-MOST = "ranges are off by 0.01 m, beams by 0.001 rad, poses by 0.02 m, headings by 0.003 rad"
-
+MOST = (
+    "ranges are off by 0.01 m, beams by 0.001 rad, poses by 0.02 m, headings by 0.003 rad, beams "
+    "without a return are free up to 4 m"
+)
 MIXED = MOST.replace("0.01 m", "{}") + ", free cells of a map are occupied with less than 0.196"
 
 
 def scanned(**told):
     asked = ERRORS | {"max_range": 4.0, "width": 0.15} | told
     return seen_from((0, 0, 0), np.linspace(-2.3, 2.3, 360), np.full(360, 3.0), **asked)
+
+
+DRIFTED = (
+    f"{MOST}, the frame drifts by 0.01 m, it turns by 0.002 rad, in all by {{}} rad since the "
+    "oldest of it was seen"
+)
+
+
+def off_again(free, cycles):
+    for _ in range(cycles):
+        free = free.drifted((0, 0, 0), 0.01, 0.002)
+    return free
+
+
+def remembered(cycles):
+    return off_again(scanned(), cycles)
 
 
 def mapped():
@@ -353,7 +371,20 @@ def mapped():
         (lambda: scanned(noise=0.1).add(scanned()), MOST.replace("0.01 m", "0.01 to 0.1 m")),
         (
             lambda: scanned().drifted((0, 0, 0), (0.02, 0.01), 0.004).within((0, 0), 2.0),
-            f"{MOST}, the frame drifts by 0.02 m, it turns by 0.004 rad",
+            f"{MOST}, the frame drifts by 0.02 m, it turns by 0.004 rad, in all by 0.02 m and "
+            "0.004 rad since the oldest of it was seen",
+        ),
+        # their sum, rounded up; what was forgotten has no part in it
+        (lambda: remembered(3), DRIFTED.format("0.03 m and 0.006")),
+        (lambda: remembered(3).forget().add(remembered(1)), DRIFTED.format("0.03 m and 0.006")),
+        (lambda: remembered(6), DRIFTED.format("0.06 m and 0.02")),
+        (
+            lambda: off_again(remembered(3).forget().add(scanned()), 2).forget(),
+            DRIFTED.format("0.02 m and 0.004"),
+        ),
+        (
+            lambda: scanned(max_range=8.0).add(scanned()),
+            MOST.replace("to 4 m", "to 4 to 8 m"),
         ),
         (lambda: free_place(SQUARE, 0.3), "0.3 m around a body are seen to be free"),
         (lambda: free_place(SQUARE, -0.03), "poses by 0.03 m"),

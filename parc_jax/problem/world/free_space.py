@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -110,6 +111,7 @@ BOUNDS = {  # what may be told, and of what: from the least, which alone is sure
     "angle_error": "beams by {} rad",
     "place": "poses by {} m",
     "heading": "headings by {} rad",
+    "max_range": "beams without a return are free up to {} m",
     "moved": "the frame drifts by {} m",
     "turned": "it turns by {} rad",
     "margin": "{} m around a body are seen to be free",
@@ -132,6 +134,7 @@ class FreeSpace:
     newer: what was seen since the last `forget`; None without one.
     memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
     bounds: the one number, or the least and the most, that were told of anything, as in BOUNDS.
+    drift: ([m], [rad]) the sum of all since the oldest of the region was seen.
     """
 
     region: Any
@@ -143,6 +146,7 @@ class FreeSpace:
     newer: "FreeSpace | None" = field(default=None, repr=False)
     memory: bool = field(default=False, repr=False)
     bounds: Mapping[str, tuple[float, ...]] = field(default_factory=dict, repr=False)
+    drift: tuple[Fraction, ...] = field(default=(Fraction(0),) * 2, repr=False)
 
     def __post_init__(self):
         for name in ("gone", "standing"):
@@ -176,6 +180,7 @@ class FreeSpace:
                 region = _areas(region.difference(away))
         newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
         kept = {"newer": newer, "memory": True, "bounds": _ends(self.bounds, other.bounds)}
+        kept["drift"] = tuple(map(max, self.drift, other.drift))
         return FreeSpace(region, width, gone, standing, some + more, **kept)
 
     def forget(self) -> "FreeSpace":
@@ -188,7 +193,7 @@ class FreeSpace:
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
         gone = self.gone.union(self.region).difference(left)
-        told = {"beams": None, "newer": newer, "memory": True}
+        told = {"beams": None, "newer": newer, "memory": True, "drift": self.newer.drift}
         return replace(self, region=left, gone=gone, refuting=0, **told)
 
     @property
@@ -242,9 +247,11 @@ class FreeSpace:
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
-        bounds = _ends(self.bounds, {"moved": (max(along, across),), "turned": (turned,)})
+        off = max(along, across), turned
+        bounds = _ends(self.bounds, {"moved": off[:1], "turned": off[1:]})
+        drift = tuple(x + Fraction(exact(y)) for x, y in zip(self.drift, off, strict=True))
         told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
-        return replace(self, region=region, bounds=bounds, **told)
+        return replace(self, region=region, bounds=bounds, drift=drift, **told)
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
@@ -295,6 +302,9 @@ class FreeSpace:
         pieces = thin_pieces(self._edges())
         told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
         told = [words.format(told[x]) for x, words in BOUNDS.items() if x in told]
+        if any(self.drift):  # in few digits: few texts come of a loop
+            off, by = (rounded_up(x, 1) for x in self.drift)
+            told.append(f"in all by {off} m and {by} rad since the oldest of it was seen")
         of = self.region, float(self.width), ", ".join(told)
         return tuple(Edge(one.A, one.b, *of) for one in pieces)
 

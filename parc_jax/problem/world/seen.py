@@ -91,6 +91,7 @@ def seen_from(
     place, directions = pose[:2], pose[2] + angles
     beams = Beams(place, directions, reach, ends, off, moved, more, closed)
     told = {"noise": noise, "angle_error": angle_error, "place": moved, "heading": turned}
+    told["max_range"] = max_range
     region = shrunk(star, moved + TOLERANCES.outline, tolerance)
     return FreeSpace(region, width, beams=beams, bounds={x: (y,) for x, y in told.items()})
 
