@@ -320,7 +320,8 @@ def test_a_measured_parameter_may_be_executed_roughly_too(rng):
 def test_the_words_name_all_of_it():
     """And are those of the executions that were solved."""
     named = labels(2, 0, 5, k=("speed [m/s]", "angle [rad]", "load [t]", "wind [m/s]", "grip"))
-    model = SimpleNamespace(labels=named, domain=pj.box([-9] * 5, [9] * 5), n_k=5)
+    K = pj.box([-9] * 5, [9] * 5)
+    model = SimpleNamespace(labels=named, domain=K, n_k=5, rotation=())
     uncertainty = Uncertainty(
         start=[0.1, 0.2],
         heading=0.05,
@@ -330,12 +331,12 @@ def test_the_words_name_all_of_it():
         given={"load": 5, "wind": (1, 2), "grip": 0.123456789},
         unknown={0: (3, 4)},
     )
-    text = words(uncertainty, executions_of(uncertainty, model))
+    text = words(uncertainty, executions_of(uncertainty, model), model, True)
     for part in (
         "every start within ±0.1, ±0.2 m",
-        "every heading within ±0.05 rad",
+        "every heading within ±0.05 rad of the one asked about;",
         "every execution with angle off by up to 0.5;",
-        "every goal moved by up to ±0.3",
+        "every goal moved by up to ±0.3;",
         "every obstacle moved by an error of its set, which lies within -0.1 to 0.1, -0.1 to 0.1 m",
         "every load within ±0.25 of 5 (measured, executed roughly)",
         "every wind from 1 to 2 (measured)",

@@ -68,6 +68,25 @@ def test_which_goal_states_turn_with_the_robot_is_told_also_by_a_file(tmp_path):
         assert told_by_file.count(said) >= 2  # the statement, and what the checker prints of it
 
 
+def test_a_robust_question_says_what_turns_and_which_goal_states_are_exact():
+    """Of a place alone a heading is that of the runs; a goal of places leaves its states exact."""
+    goal, wall = pj.box([-9.0] * 3, [9.0] * 3), pj.box([8.0, 8.0], [9.0, 9.0])
+    of_runs = "within ±0.1 rad of that of the model's runs, each turned about its start"
+
+    def said(word, at=None, **known):
+        model = told(line_model(4, 0.01), rotation=(word,)).with_labels({"q": ("yaw [rad]",)})
+        scene = reach_avoid(goal, [wall], 0.05, uncertainty=Uncertainty(**known))
+        return query(scene, model, at).nominal().uncertainty.meaning
+
+    for at in (None, [0.0, 0.0, 0.3]):
+        own = "within ±0.1 rad of the one asked about." if at else f"{of_runs}, with its yaw."
+        assert f"every heading {own}" in said(TURNS, at, heading=0.1)
+    assert f"every heading {of_runs}." in said(STAYS, heading=0.1)
+    exact = "every goal moved by up to ±0.02 in place, its yaw exactly as told."
+    assert exact in said(TURNS, goal=0.02)
+    assert "every goal moved by up to ±0.02, ±0.02, ±0.1." in said(TURNS, goal=[0.02, 0.02, 0.1])
+
+
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
 def test_turns_are_mixtures_of_the_maps(angle):
     turn = turn_by(angle, (TURNS, STAYS))

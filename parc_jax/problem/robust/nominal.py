@@ -129,7 +129,7 @@ class Query:
                 cache[key] = robust
             robust = cache[key]
             promise = Robustness(
-                words(uncertainty, executions),
+                words(uncertainty, executions, model, bool(pose and pose.heading is not None)),
                 uncertainty.sensing_eps,
                 (model.n_k, len(executions.chosen)),
                 float(model.domain.volume),

@@ -265,8 +265,13 @@ class Robustness(NamedTuple):
         return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
 
 
-def words(uncertainty: Uncertainty, executions: Executions) -> str:
-    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
+def words(
+    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, headed: bool
+) -> str:
+    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ...".
+    headed: the question has a heading.
+    """
+    q = [name_of(label) for label in model.labels.q]
     chosen = [p for p in executions.parameters if p.source is None and p.off]
     off = ", ".join(f"{p.name} off by up to {exact(p.off)}" for p in chosen)
     asked = uncertainty.start, uncertainty.goal
@@ -275,10 +280,15 @@ def words(uncertainty: Uncertainty, executions: Executions) -> str:
     if any(uncertainty.start):
         parts.append(f"every start within {start} m of the one asked about")
     if uncertainty.heading:
-        parts.append(f"every heading within ±{exact(uncertainty.heading)} rad")
+        turn = [name for name, word in zip(q, model.rotation or (), strict=False) if word == TURNS]
+        of = f"that of the model's runs, each turned about its start{', with its ' * bool(turn)}"
+        of = "the one asked about" if headed else of + ", ".join(turn)
+        parts.append(f"every heading within ±{exact(uncertainty.heading)} rad of {of}")
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
-        parts.append(f"every goal moved by up to {goal}")
+        alone = q and len(uncertainty.goal) < len(model.labels.p) + len(q)
+        sure = f" in place, its {', '.join(q)} exactly as told" if alone else ""
+        parts.append(f"every goal moved by up to {goal}{sure}")
     for i, s in enumerate(uncertainty.obstacles):
         if s is not None:
             ends = zip(*finite_box(s, "uncertainty of obstacles"), strict=True)
