@@ -31,7 +31,7 @@ from parc_jax.problem.scene_values import (
 from parc_jax.problem.world.outlines import Edge, edge_of
 
 # the fields of a problem, but that an interval of time stands with its obstacle
-ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels")
+ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels", "places")
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
@@ -54,6 +54,8 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     [start]      over p0, optional: lo, hi; or A, b.
     points       the robot's reference points in the order that the goal was made for, optional, in
         front of the tables. A robot with others, or in another order, is refused.
+    places       optional, of a body of points: where each is on the robot, by name [x, y] [m], as a
+        footprint tells; a model that begins with them elsewhere is refused.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
     [uncertainty] optional; see docs/uncertainty.md.
 
@@ -158,6 +160,8 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     body = _body(data["body"])
     if points is not None:
         numbered(body, points)  # names what is unknown
+    if "places" in data:
+        body = _placed(body, data["places"], points)
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
     uncertainty = uncertainty_of(data, obstacles)
@@ -202,6 +206,18 @@ def _body(data) -> Disc | Polygon | Body:
     if data.keys() <= {"radius", "vertices"}:
         return _shape("body", data)
     return body_of([_part("body", data)])
+
+
+def _placed(body: Disc | Polygon | Body, table, points: Sequence[str] | None) -> Body:
+    known = points or table
+    fits = isinstance(body, Body) and isinstance(table, dict) and not table.keys() - {*known}
+    found = {x: numbers_of(f"places {x}", at, 1) for x, at in (table if fits else {}).items()}
+    if not fits or any(len(at) != 2 for at in found.values()):
+        raise InputError(
+            "places: expected a body of reference points, and x and y of some of them by name, as "
+            f"{{ {next(iter(known), 'nose')} = [0.2, 0.1] }}; got {table!s:.60}."
+        )
+    return Body(body.parts, tuple((name, *at.tolist()) for name, at in found.items()))
 
 
 def _part(name: str, table) -> Part:
@@ -256,6 +272,10 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
     goal = written_set(problem.goal) if by_point is None else by_point
     # a robot of one point needs no names, unless the problem was made for them
     parts: dict = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
+    places = getattr(problem.body, "places", ())
+    if len(found := {name: list(at) for name, *at in places}) < len({*places}):
+        raise InputError(f"places: expected each point at one place; got {list(places)!s:.60}.")
+    parts |= {"places": found} if found else {}
     parts |= {"goal": goal, "body": _written_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
@@ -312,8 +332,8 @@ def _written_shape(part: Part) -> dict:
 
 
 def _toml(parts: dict):
-    if "points" in parts:
-        yield f"points = {_inline(parts['points'])}\n\n"
+    for name in ("points", "places"):
+        yield f"{name} = {_inline(parts[name])}\n\n" if name in parts else ""
     goal = dict(parts["goal"])
     further = goal.pop("q", None)
     tables = [("[goal]", goal)]

@@ -85,6 +85,39 @@ def test_a_footprint_that_is_not_the_model_s_is_refused():
             asked(places)
 
 
+@pytest.mark.parametrize("kind", ["toml", "json"])
+def test_a_scene_file_has_the_places_of_a_footprint(kind, tmp_path):
+    """Else a footprint that the model was not learned with is refused, and read from a file not."""
+    robot = read_footprint(NAV2)
+    goal = pj.problem.goal_of_points(robot.points, {"base": pj.box([0.3, -0.1], [0.5, 0.1])})
+    scene = pj.reach_avoid(goal, [], robot.body)
+    path = pj.exchange.save_problem(tmp_path / f"scene.{kind}", scene)
+    again = pj.exchange.load_problem(path, robot.points)
+    assert again.body == scene.body and len(again.body.places) == 5
+    with pytest.raises(InputError, match="body: expected the footprint that the model was"):
+        query(again, slides(robot, 0.8 * robot.places), [0.0, 0.0]).nominal()
+    twice = robot.body.replace(places=(*robot.body.places, ("base", 1.0, 0.0)))
+    with pytest.raises(InputError, match="places: expected each point at one place"):
+        pj.exchange.save_problem(path, pj.reach_avoid(goal, [], twice))
+
+
+@pytest.mark.parametrize(
+    ("places", "match"),
+    [
+        ("{ tail = [0.2, 0.1] }", "a body of reference points, and x and y of some of them"),
+        ("{ nose = [0.2] }", "a body of reference points, and x and y"),
+        ("{ nose = 0.2 }", "places nose: expected a list of numbers"),
+        ("[0.2, 0.1]", "a body of reference points, and x and y"),
+    ],
+)
+def test_places_that_are_none_are_refused(places, match, tmp_path):
+    path = tmp_path / "scene.toml"
+    body = '[goal]\nlo = [0, 0]\nhi = [1, 1]\n[body]\ndisc = "nose"\n'
+    path.write_text(f'points = ["nose"]\nplaces = {places}\n{body}')
+    with pytest.raises(InputError, match=match):
+        pj.exchange.load_problem(path)
+
+
 @pytest.mark.parametrize("unsure", [None, pj.Uncertainty(k={"k0": 0.01})])
 def test_where_its_corners_are_is_told_of_an_answer_its_plan_and_its_file(unsure, tmp_path, capsys):
     """Else answers for a small robot and a large one read the same."""
