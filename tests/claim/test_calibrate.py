@@ -408,9 +408,11 @@ def test_the_published_bound_is_the_training_maximum(train):
         (train, train.n, 0),
         (log, train.n - 7, 7),
         (log.finite, train.n - 7, 0),
+        (replace(train, p=p).finite, train.n - 7, 0),
     ):
         said = f"over the {n:,} training rollouts that did not fail ({failed} failed), of "
         assert f"{said}{runs.law.describe()}, the" in assumed_claim(NET, runs).details()
-    assert "failed runs = all left out" in log.finite.law.describe()
+    for runs in (log, replace(train, p=p)):
+        assert "failed runs = all left out" in assumed_claim(NET, runs.finite).details()
     by_bin = assumed_claim(NET, train.select(train.k[:, 0] < 0.4), (2, 1))
     assert by_bin.tube.claimed.tolist() == [True, False]

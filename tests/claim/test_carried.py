@@ -169,15 +169,17 @@ def test_failed_runs_are_not_left_out_in_silence(runs, tmp_path):
     with pytest.raises(
         pj.InputError, match=rf"all rows from 0 to 299 of their seed; {gone} are mis"
     ):
+        pj.learning.bound_error(NET, broken.select(~broken.failed), None, train=runs, **ONE_BIN)
+    with pytest.raises(pj.InputError, match="leaves the tube; got runs without, of `finite`"):
         pj.learning.bound_error(NET, broken.finite, None, train=runs, **ONE_BIN)
     logged = log(tmp_path, broken)
-    with pytest.raises(pj.InputError, match="leaves the tube; got one without, of `finite`"):
+    with pytest.raises(pj.InputError, match="leaves the tube; got runs without, of `finite`"):
         pj.learning.bound_error(NET, logged.finite, None, train=runs, **ONE_BIN)
-    with pytest.raises(pj.InputError, match="leaves the tube; got one without, of `finite`"):
+    with pytest.raises(pj.InputError, match="leaves the tube; got runs without, of `finite`"):
         pj.learn(logged.finite, KEY, hidden=(3,), seeds=1, steps=20)
     halves = logged.select(slice(0, 150)), logged.select(slice(150, None))
     both = concatenate([half.finite for half in halves])
-    with pytest.raises(pj.InputError, match="leaves the tube; got one without, of `finite`"):
+    with pytest.raises(pj.InputError, match="leaves the tube; got runs without, of `finite`"):
         pj.learning.bound_error(NET, both, None, train=runs, **ONE_BIN)
     others = logged.select(~logged.failed)  # why these alone are left is the user's word
     claim = pj.learning.bound_error(NET, others, None, train=runs, **ONE_BIN)

@@ -25,7 +25,7 @@ from parc_jax.learning.runs.independent import (
     repeated,
 )
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import STATED, TO_ALL
+from parc_jax.learning.runs.law import STATED, TO_ALL, LawSpec
 
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
@@ -48,11 +48,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         raise InputError(
             f"holdout: {copies} of {len(scores.ids)} runs occur twice; remove the copies."
         )
-    if FAILED in dict(scores.law.parameters):
-        raise InputError(
-            "holdout: expected a log with its failed runs, each of which counts as one that leaves "
-            "the tube; got one without, of `finite`. Pass the runs as they were logged."
-        )
+    require_failed("holdout", scores.law)
     if scores.law.k_law == "uniform":
         # the law of a seed is that of the program itself: refuse hardly ever by chance
         level = LEVEL if scores.seed is None else REPEATS
@@ -76,6 +72,15 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         )
     if train is not None:
         _check_unseen(scores, train)
+
+
+def require_failed(where: str, law: LawSpec) -> None:
+    """Refuse runs whose law says that failed ones were left out. Raises InputError."""
+    if FAILED in dict(law.parameters):
+        raise InputError(
+            f"{where}: expected runs with those that failed, each of which counts as one that "
+            "leaves the tube; got runs without, of `finite`. Pass all that were made or logged."
+        )
 
 
 def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) -> int:

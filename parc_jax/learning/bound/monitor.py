@@ -13,7 +13,13 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import left_out_beside, not_named, remembered, used_by
+from parc_jax.learning.bound.fresh import (
+    left_out_beside,
+    not_named,
+    remembered,
+    require_failed,
+    used_by,
+)
 from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
@@ -239,6 +245,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     """The monitor with the identity of new runs. Raises InputError for runs counted before."""
     _require_new(watch.claim, batch)
+    require_failed(batch.name, batch.law)
     ids = batch.hashes().tolist()
     again = len(ids) - len(set(ids) - watch.ids)
     again = max(again, int(repeated(batch, watch.marks).sum()))  # in another storage or frame

@@ -117,15 +117,15 @@ class RolloutBatch:
 
     @property
     def finite(self) -> "RolloutBatch":
-        """The runs that did not fail; this very batch where none did. The law of logged ones then
-        says so: such runs may train a network, and neither bound it nor test plans.
+        """The runs that did not fail; this very batch where none did. Their law then says so: such
+        runs may train a network, and neither bound it, nor watch the bound, nor test plans.
         """
         failed = self.failed  # no cached_property: an object that refers to itself is freed late
-        kept = self.select(~failed) if failed.any() else self
-        if kept is self or self.seed is not None:
-            return kept
+        if not failed.any():
+            return self
         told = tuple(sorted({*self.law.parameters, (FAILED, f"all{LEFT}")}))
-        return dataclasses.replace(kept, law=dataclasses.replace(self.law, parameters=told))
+        law = dataclasses.replace(self.law, parameters=told)
+        return dataclasses.replace(self.select(~failed), law=law)
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
