@@ -85,7 +85,7 @@ def resting_on(asked: NominalProblem) -> list[str]:
     told = [about_points(asked.problem)]
     told += [about_obstacles(asked.problem, asked.model.time.n_steps)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
-    told += [] if asked.pose is None else [about_pose(asked.pose, asked.model)]
+    told += [] if asked.pose is None else [about_pose(asked.pose, (asked.query or asked).model)]
     return [text for text in told if text]
 
 
@@ -313,7 +313,7 @@ def summary(answer, drawn: str) -> str:
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
     if asked.pose is not None:
-        lines.append(about_pose(asked.pose, asked.model))
+        lines.append(about_pose(asked.pose, (asked.query or asked).model))
     if asked.uncertainty is not None:
         lines.append(f"Robust to: {asked.uncertainty.words}.")
     if answer.validation is not None:
@@ -335,7 +335,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     uncertainty, claim = asked.uncertainty, answer.model.claim
-    tube = [about_pose(asked.pose, asked.model)]
+    tube = [about_pose(asked.pose, (asked.query or asked).model)]
     # in the words of the checker, which reads the same part
     starts = "any p0" if asked.pose is None else "one start"
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."

@@ -87,6 +87,19 @@ def test_a_robust_question_says_what_turns_and_which_goal_states_are_exact():
     assert "every goal moved by up to ±0.02, ±0.02, ±0.1." in said(TURNS, goal=[0.02, 0.02, 0.1])
 
 
+def test_copied_goal_states_are_named_by_their_execution(tmp_path):
+    """A sentence about the robot names its own, whichever stand for all executions."""
+    model = told(line_model(4, 0.01), rotation=(TURNS,)).with_labels({"q": ("yaw [rad]",)})
+    goal, wall = pj.box([0.2, -0.5, -1], [1, 0.5, 1]), pj.box([0.4, 0.9], [0.6, 1.2])
+    scene = reach_avoid(goal, [wall], 0.05, uncertainty=Uncertainty(k={0: 0.02}))
+    answer = Planner(model).solve(scene, KEY, SMALL, at=[0.0, 0.0, 0.1])
+    each = "yaw in execution 0 [rad]", "yaw in execution 1 [rad]"
+    assert answer.model.labels.q == each
+    own = "and of its goal states yaw, is declared by the system."
+    for said in (answer.details(), answer.summary(), answer.save(tmp_path / "a.json").read_text()):
+        assert own in said and "yaw 0" not in said
+
+
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
 def test_turns_are_mixtures_of_the_maps(angle):
     turn = turn_by(angle, (TURNS, STAYS))

@@ -85,7 +85,8 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     chosen = list(executions.chosen)
     named = model.labels
     several = n_v * n_r > 1
-    q = named.q if n_v == 1 else [named_of(x, v) for v in range(n_v) for x in named.q]
+    each = [f"in execution {v}" for v in range(n_v)]
+    q = named.q if n_v == 1 else [named_of(x, of) for of in each for x in named.q]
     k = [named.k[axis] for axis in chosen]
     subject = replace(
         model.claim.subject,
