@@ -450,7 +450,7 @@ def test_recordings_that_were_left_out_are_said(model):
     p = np.array(wild.p)
     p[:40, -3:] = np.nan
     finite = dataclasses.replace(wild, p=p).finite
-    refused(model, finite, "leaves the tube; got one without, of `finite`")
+    refused(model, finite, "leaves the tube; got runs without, of `finite`")
     asked = Validate(wild.select(slice(40, None)), RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
     assert "LEFT_OUT(40 of their log, by k alone or independent of the run)" in found.details()
