@@ -100,6 +100,13 @@ def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, 
     return " ".join(words)
 
 
+def about_drift(drifted: float) -> str:
+    """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
+    off = f"may have turned, and drifted by {rounded_up(exact(drifted), 3)} m where the robot is"
+    told = "obstacles and a goal are where they are told to be"
+    return f"{told}, in a frame that {off}, since the episode began"
+
+
 def about_pose(pose: tuple[Iterable[float], float | None] | None, model: TrajectoryModel) -> str:
     """The pose from which all plans of the answer start; None where that is anywhere."""
     if pose is None:
@@ -224,6 +231,8 @@ def about_loops(driven: Sequence) -> str:
         most |= Counter(one.rests_on)
         told += Counter(one.told_in)
     rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
+    drifted = max(one.drifted for one in driven)
+    rests += f" Of each episode is assumed: {about_drift(drifted)}." if drifted else ""
     return (
         f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is touched "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import timedelta
 from decimal import Decimal
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -151,6 +151,27 @@ def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
     (told,) = (value for name, _, value in said if name == "said of obstacles")
     least = "for the first 0.5 s of each manoeuvre that rests on this, at least."
     assert told == f"{least} Of at most 2 at a time: {LAW}"
+
+
+def test_how_far_the_frame_drifted_is_part_of_what_is_said_of_a_loop(tmp_path):
+    """The sum in the worst of the episodes, also of a folder."""
+
+    def drive(world, seed, drift=0.125):
+        loop, begun = loop_of(0.01), []
+        loop.restart()
+        for at in (0.0, 0.5)[: 1 + (world > 0.5)]:
+            more = {"at": at, "drift": drift}
+            begun.append(loop.step([0.0] * 2, [0.1], [], lambda x: x.path[:, -1, 0] ** 2, **more))
+        return pj.drive.Outcome(False, False, {}, [step.committed for step in begun])
+
+    said = asked(drive, 4, folder=tmp_path).details()
+    assert (
+        "Of each episode is assumed: obstacles and a goal are where they are told to be, in a "
+        "frame that may have turned, and drifted by 0.25 m where the robot is, since the episode "
+        "began. (E)" in said
+    )
+    assert asked(drive, 4, folder=tmp_path).details() == said
+    assert "drifted" not in asked(partial(drive, drift=0.0), 4).details()
 
 
 def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):

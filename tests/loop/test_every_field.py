@@ -147,6 +147,7 @@ EPISODES = {
     "told_then": False,
     "rests_on": {"It goes on.": 2},
     "told_in": {"It goes on.": 2},
+    "drifted": 0.25,
     "manoeuvres": 3,
 }
 COUNTED = {"look": Look(2, 2, Fraction(1, 2000)), "law": "other", "drive": "other"}

@@ -13,7 +13,7 @@ from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
-from parc_jax.common.spelling import exact, rounded_down, rounded_up
+from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.network.predict import trajectories
@@ -25,7 +25,7 @@ from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, body_part, sample_part
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import scene_along
-from parc_jax.statement import resting_on
+from parc_jax.statement import about_drift, resting_on
 
 if TYPE_CHECKING:
     import shapely
@@ -195,13 +195,6 @@ def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
                 f"{where}: expected all that one robot's loop committed to in between in one "
                 f"episode; got number {other.number}{of} after {one.number}."
             )
-
-
-def about_drift(drifted: float) -> str:
-    """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
-    off = f"may have turned, and drifted by {rounded_up(exact(drifted), 3)} m where the robot is"
-    told = "obstacles and a goal are where they are told to be"
-    return f"{told}, in a frame that {off}, since the episode began"
 
 
 def require_shared(name: str, drifted: float) -> None:

@@ -22,7 +22,7 @@ from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 from parc_jax.statement import about_episodes
 
-FORMAT = "parc_jax.episodes/4"
+FORMAT = "parc_jax.episodes/5"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
