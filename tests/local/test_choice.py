@@ -14,6 +14,7 @@ from synthetic_plants import plant, straight
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
+from parc_jax.common.spelling import exact
 from parc_jax.drive.local.choice import Choice
 from parc_jax.drive.local.localise import Local, LocalRuns, bounded_near
 from parc_jax.drive.local.safe_box import box_around
@@ -178,9 +179,9 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
         near.model.domain.hi.tolist(),
     ]
     claim = near.model.claim
-    assert (
-        f"a new rollout drawn from {claim.law.describe()} leaves the local tube" in near.details()
-    )
+    law, lasts = claim.law.describe(), f"in its {exact(near.model.time.t_f)} s with probability"
+    assert f"a new rollout drawn from {law} leaves the local tube {lasts}" in near.details()
+    assert f"leaves the tube at any time {lasts}" in claim.details()
     assert f"0 failed; discards, fixed beforehand: {claim.discard}." in near.details()
     said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said

@@ -21,7 +21,7 @@ from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
 from parc_jax.drive.local.trials import run_once
@@ -211,6 +211,9 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     validated, step = validation.answer, validation.steps[-1]
     said = validation.details()
     assert said in answer.details() and "(V) With confidence 0.9, a plan drawn uniformly" in said
+    lasts = f"in its {exact(answer.model.time.t_f)} s"
+    assert f"touches something {lasts}, or does not return" in said
+    assert f" fails {lasts} with probability at most" in answer.summary()
     assert "by plant (k by a uniform draw from the set" in said
     assert " of 600 plans drawn" in said and "runs may leave it" in said
     accepted = validated.model.claim

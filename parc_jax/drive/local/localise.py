@@ -127,8 +127,9 @@ class Near:
         lines = [
             f"{where} With confidence {self.look.sure}{self.look.numbered(' (look', ')')} over "
             f"{count_of(p)[0]:,} fresh runs made on N alone after N was chosen, {p['law']} leaves "
-            f"the local tube with probability at most {probability(p['eps'])}. Of these runs "
-            f"{p['failed']:,} failed; discards, fixed beforehand: {p['discards']:,}.",
+            f"the local tube in its {p['lasts']} with probability at most "
+            f"{probability(p['eps'])}. Of these runs {p['failed']:,} failed; discards, fixed "
+            f"beforehand: {p['discards']:,}.",
             self._about_width(),
         ]
         risk = self.risk()

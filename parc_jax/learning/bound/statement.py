@@ -7,7 +7,7 @@ from parc_jax.checker import Rejected
 from parc_jax.checker.claim import set_of, stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premises, premises
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import exact, rounded_down, rounded_up
 
 if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
@@ -23,6 +23,7 @@ def premises_of(c: "ErrorClaim") -> Premises:
     shown = _SHOWN[c.kind](c)
     more = [
         ("box", MEASURED, c.law.box),
+        ("lasts", MEASURED, f"{exact(c.subject.time.t_f)} s"),
         ("open bins", MEASURED, f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}"),
     ]
     if c.bin_eps is not None:
@@ -131,8 +132,8 @@ def _pac(p: Premises) -> str:
         asked = f" ({p['eps asked']} was asked; {n:,} {many} do not support it.)"
     return (
         f"With confidence {confidence_of(p)} over the {behind}, {p['law']} leaves {tube} at any "
-        f"time with probability at most {eps}{by_bin}, in every environment.{asked} "
-        f"{_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
+        f"time in its {p['lasts']} with probability at most {eps}{by_bin}, in every environment."
+        f"{asked} {_counts(p)} {_chosen(p)} For a single hand-picked k: no probabilistic statement."
     )
 
 
@@ -152,7 +153,8 @@ def _in_scene(p: Premises) -> str:
         )
     return (
         f"With confidence {confidence_of(p)}, {p['law']}, fails (misses the goal, touches "
-        f"something, or does not return) with probability at most {probability(p['risk'])}: "
+        f"something in its {p['lasts']}, or does not return) with probability at most "
+        f"{probability(p['risk'])}: "
         f"{tests}. Tested in falling order of scale, of which each passed (failed of those "
         f"inside): {p['scales']}. The tube is {p['tube']}. Nothing is said of a plan that is "
         "picked by hand or by a search, of another scene, or of a second try on this one."
