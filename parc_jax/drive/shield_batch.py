@@ -94,7 +94,9 @@ class BatchShield:
     reset and `step` before each step are pure functions, so that a loop of both is one jitted call.
     It decides as a `Shield` without `uncertainty`, and has no certificates. It knows a lower bound
     of a clearance, since its directions are not searched for: near the least that is asked it may
-    be warier; and no k on an edge between bins is safe to it. [T14, T28, T38]
+    be warier; and no k on an edge between bins is safe to it. [T14, T28, T38] A step tests the pose
+    before it: the last one of an episode is tested by one more, of which nothing is driven, and
+    `UnderWay.left` says the result; else of the last step's tube nothing is known.
 
     model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
