@@ -233,17 +233,18 @@ def lost_among(lost: np.ndarray | None) -> dict:
     return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
 
 
+def about_left_out(gone: int) -> list[str]:
+    """The assumption about so many rows that were left out; none about none."""
+    return [f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"] * bool(gone)
+
+
 def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
     """Assumptions of every sentence about runs. lost: (n,) as of `Scores`. gone: rows left out."""
     names = [name_of(about.labels.k[axis]) for axis in about.given]
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
-        *(
-            [f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"]
-            if gone
-            else ()
-        ),
+        *about_left_out(gone),
         *invariances(about.rotation),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),

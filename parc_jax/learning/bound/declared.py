@@ -7,9 +7,10 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.bins import Bins
+from parc_jax.learning.bound.calibrate import about_left_out
 from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.edges import edges_of
-from parc_jax.learning.bound.fresh import names_of
+from parc_jax.learning.bound.fresh import left_out, names_of
 from parc_jax.learning.bound.profile import largest_errors
 from parc_jax.learning.bound.settings import DISCRETE_TIME
 from parc_jax.learning.bound.start_gap import invariances
@@ -31,7 +32,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
     """
     edges = edges_of(train.domain, (1,) * train.n_k if bins is None else bins)
     frame, (interval, final), counts = largest_errors(net, train, edges)
-    failed = int(train.failed.sum())
+    failed, gone = int(train.failed.sum()), left_out(train, None)
     interval[counts == 0] = np.inf
     final[counts == 0] = np.inf
     between = DISCRETE_TIME.assumption(train.time.dt_record)
@@ -47,8 +48,9 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         discard=failed,
         looks=1,
         law=train.law,
-        assumptions=(_HOLDS, *invariances(train.rotation), between),
-        evidence={"failed": failed, "training": names_of(train)},
+        assumptions=(_HOLDS, *about_left_out(gone), *invariances(train.rotation), between),
+        evidence={"failed": failed, "training": names_of(train)}
+        | ({"left_out": gone} if gone else {}),
     )
 
 

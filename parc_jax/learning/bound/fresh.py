@@ -12,7 +12,7 @@ from parc_jax.common.spelling import hex_floats, hex_text
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.measure import Scores
-from parc_jax.learning.runs.batch import FAILED, RolloutBatch
+from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED
 from parc_jax.learning.runs.independent import (
     LEVEL,
@@ -25,7 +25,7 @@ from parc_jax.learning.runs.independent import (
     repeated,
 )
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import STATED, TO_ALL, LawSpec
+from parc_jax.learning.runs.law import STATED, TO_ALL
 
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
@@ -72,15 +72,6 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
         )
     if train is not None:
         _check_unseen(scores, train)
-
-
-def require_failed(where: str, law: LawSpec) -> None:
-    """Refuse runs whose law says that failed ones were left out. Raises InputError."""
-    if FAILED in dict(law.parameters):
-        raise InputError(
-            f"{where}: expected runs with those that failed, each of which counts as one that "
-            "leaves the tube; got runs without, of `finite`. Pass all that were made or logged."
-        )
 
 
 def left_out(scores: Scores, train: RolloutBatch | None, between: bool = False) -> int:

@@ -13,13 +13,7 @@ from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import (
-    left_out_beside,
-    not_named,
-    remembered,
-    require_failed,
-    used_by,
-)
+from parc_jax.learning.bound.fresh import left_out_beside, not_named, remembered, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
@@ -27,7 +21,7 @@ from parc_jax.learning.bound.settings import GAP, check_between, intersample_of
 from parc_jax.learning.bound.start_gap import declared_gap
 from parc_jax.learning.bound.statement import DIGITS, VALIDATED
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
 from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.joined import joined_source

@@ -296,6 +296,15 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
     return on(train, TO_ALL), on(held.select(inside), TO_TRAINING + missed)
 
 
+def require_failed(where: str, law: LawSpec) -> None:
+    """Refuse runs whose law says that failed ones were left out. Raises InputError."""
+    if FAILED in dict(law.parameters):
+        raise InputError(
+            f"{where}: expected runs with those that failed, each of which counts as one that "
+            "leaves the tube; got runs without, of `finite`. Pass all that were made or logged."
+        )
+
+
 def require_finite_k(k) -> None:
     """Refuse parameters that are not finite, or too large. Raises InputError with the row."""
     k = np.asarray(k)
