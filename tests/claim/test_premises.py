@@ -59,6 +59,7 @@ OTHER = {
     "discards": {"discard": 2},
     "looks": {"looks": 1},
     "law": {"law": OTHERS, "quantifier": f"{SAID}{OTHERS.describe()}"},
+    "lasts": {"subject": subject("toy", K, time_grid(0.25, 0.75), 2, 1)},
     "k": {"law": LOG, "quantifier": f"{SAID}{LOG.describe()}"},
     "failed": {"evidence": {"failed": 3}},
     "rows": {"evidence": {"rows": 901}},
@@ -73,7 +74,7 @@ OTHER = {
     "IID": {"assumptions": ("HIDDEN_START(given speed)", "UNCHANGED_SYSTEM")},
     "HIDDEN_START": {"assumptions": ("IID", "HIDDEN_START(given load)", "UNCHANGED_SYSTEM")},
 }
-OUTSIDE = {"box", "open bins"}  # of the sentence alone: the checkers have the tube itself
+OUTSIDE = {"box", "lasts", "open bins"}  # of the sentence alone: checkers have tube and times
 UNSAID = {"box", "recordings"}  # named by the next test, and by the hash
 
 
@@ -137,6 +138,7 @@ def of_kind(kind, claim):
 LEFT = {"pac": {"recordings", "k"}, "bins": {"recordings", "bins"}}
 LEFT |= {kind: {"K", "k", "box", "left out"} for kind in ("tests", "recordings")}
 OF_RUNS = {"law", "K", "k", "box", "n", "discards", "failed", "rows", "recordings", "eps asked"}
+OF_RUNS |= {"lasts"}
 LEFT |= {kind: OF_RUNS for kind in ("assumed", "declared")}
 OTHERS = {"open bins": "1 of 2", "n": "7 runs", "bins": "2 of 2 with a claim"}
 
