@@ -195,7 +195,7 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
     found = pj.Planner(again).solve(SCENE, KEY, toy.SETTINGS)
     claim = found.validation.answer.model.claim
     assert (claim.eps, claim.delta) == (Fraction(15, 100), Fraction(5, 100))
-    assert "fails with probability at most 0.15, confidence 0.95" in found.summary()
+    assert "fails in its 1 s with probability at most 0.15, confidence 0.95" in found.summary()
     assert risk_of(found.validation.answer._plans, np.random.default_rng(4)) <= 0.15
     # asked again it is the same look, whatever the key
     other = pj.Planner(again).solve(SCENE, jax.random.PRNGKey(9), toy.SETTINGS)
