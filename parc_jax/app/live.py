@@ -252,8 +252,8 @@ class Live:
                 self.move(name, grip.place, _turn(turn, len(grip.place)) @ grip.turn)
             self.settle()
             why_of(scene := self.scene())
-            none = np.zeros((1, scene.model.n_p)), np.zeros((1, scene.model.n_k))
-            screen(scene, *none, rare=True)  # as of a scene in which few plans are safe
+            # a release in a scene without plans screens none
+            screen(scene, np.zeros((1, scene.model.n_p)), np.zeros((1, scene.model.n_k)))
         self.grips, self.off = grips, off
 
     def proved(self) -> Answer:
