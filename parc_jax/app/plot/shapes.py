@@ -13,7 +13,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.extent import bounding_box, chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.sets.hull import convex_hull, corners_of_many, solid
+from parc_jax.common.sets.hull import convex_hull, solid
 from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, trajectories
@@ -232,8 +232,7 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     # walls of maps may be unbounded: a box around the manoeuvre bounds them
     around = from_box(Box(lo, hi))
     cut = [HPolytope(np.r_[o.A, around.A], np.r_[o.b, around.b]) for o in obstacles]
-    pairs = zip(cut, corners_of_many(cut), strict=True)
-    drawn = [triangles(corners_of(poly) if v is None else v) for poly, v in pairs]
+    drawn = [triangles(corners_of(poly)) for poly in cut]
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
 
 
