@@ -8,7 +8,6 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import NamedTuple
 
 import flax.linen as nn
 import jax
@@ -48,14 +47,6 @@ class Features(nn.Module):
         return x
 
 
-class TrainReport(NamedTuple):
-    """Held-out errors [m], (seeds,): tail, the largest in the mean over K, and rms."""
-
-    best: int
-    tail: np.ndarray
-    rms: np.ndarray
-
-
 def train(
     data: RolloutBatch,
     hidden: Sequence[int] = (8, 8, 8, 8),
@@ -70,13 +61,6 @@ def train(
     Trains `seeds` networks and returns the one with the smallest held-out tail error, which decides
     the width of the tube. batch: runs of a step. The FIT stream of `key` is used.
     """
-    return train_report(data, hidden, key, seeds, steps, batch)[0]
-
-
-def train_report(
-    data: RolloutBatch, hidden: Sequence[int], key: Key, seeds: int, steps: int, batch: int = 1000
-) -> tuple[ReLUNetwork, TrainReport]:
-    """As `train`, with the held-out errors of every seed."""
     if not isinstance(data, RolloutBatch):
         raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
     if not isinstance(hidden, tuple | list) or not hidden:
@@ -105,11 +89,7 @@ def train_report(
     with ThreadPoolExecutor(max_workers=min(seeds, os.cpu_count() or 1)) as pool:
         nets = list(pool.map(one_seed, list(keys)))
     held = slice(n_fit, None) if n_fit < len(k) else slice(None)
-    errors = [np.abs(outputs(net, k[held]) - y[held]) for net in nets]
-    tail = np.array([_tail(k[held], e.max(axis=1)) for e in errors])
-    rms = np.array([np.sqrt((e**2).mean()) for e in errors])
-    best = int(np.argmin(tail))
-    return nets[best], TrainReport(best, tail, rms)
+    return nets[int(np.argmin([tail_of(net, k[held], y[held]) for net in nets]))]
 
 
 def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
@@ -186,8 +166,11 @@ def _finish(
     return fold([*weights, last[:-1].T], [*biases, last[-1]], norm)
 
 
-def _tail(k: np.ndarray, worst: np.ndarray) -> float:
-    """Mean over a grid of K of the largest error in each cell, so that one jump does not decide."""
+def tail_of(net: ReLUNetwork, k: np.ndarray, y: np.ndarray) -> float:
+    """Mean over a grid of K of the largest error [m] in each cell, so that one jump does not
+    decide; of targets y (n, n_out) at k (n, n_k).
+    """
+    worst = np.abs(outputs(net, k) - y).max(axis=1)
     bins = 6  # along every axis
     span = np.ptp(k, axis=0)
     share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)
