@@ -37,7 +37,7 @@ from parc_jax.learning.bound.profile import SHAPES
 from parc_jax.learning.bound.settings import Intersample, intersample_of
 from parc_jax.learning.bound.start_gap import StartTrial, declared_gap, try_starts
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
-from parc_jax.learning.network.fit import fit
+from parc_jax.learning.network.fit import fit, fit_tail
 from parc_jax.learning.system import System
 from parc_jax.method import Exact
 from parc_jax.problem.problem import Problem
@@ -54,7 +54,6 @@ from sims.boxes_of_k import (
     smaller_boxes,
     spaced,
 )
-from sims.tail import fit_tail
 
 _log = logging.getLogger(__name__)
 

@@ -5,11 +5,11 @@ import pytest
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
+from parc_jax.learning.network.fit import fit_tail
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import time_grid
-from sims.tail import fit_tail
 
 
 def skewed(rng, n=400):

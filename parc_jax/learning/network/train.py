@@ -27,6 +27,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 # [mean feature power] keeps dead and twin features from making the last layer singular
 RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
+BATCH = 1000  # runs of a step
 HELD = 0.15  # share of the runs held out, by which the best network is chosen
 # principal directions of the outputs in training; the final solve uses every output
 COMPONENTS = 24
@@ -54,21 +55,20 @@ def train(
     key: Key,
     seeds: int = 8,
     steps: int = 3000,
-    batch: int = 1000,
 ) -> ReLUNetwork:
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
     Trains `seeds` networks and returns the one with the smallest held-out tail error, which decides
-    the width of the tube. batch: runs of a step. The FIT stream of `key` is used.
+    the width of the tube. The FIT stream of `key` is used.
     """
     if not isinstance(data, RolloutBatch):
         raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
     if not isinstance(hidden, tuple | list) or not hidden:
         widths = "the widths of at least one hidden layer"
         raise InputError(expected("train", widths, hidden, "hidden=(8, 8, 8, 8)"))
-    counts = (*(("hidden", width) for width in hidden), ("seeds", seeds), ("batch", batch))
+    counts = (*(("hidden", width) for width in hidden), ("seeds", seeds))
     for name, count in counts:
-        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8, batch=1000")
+        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - HELD)))
     names = data.subject.labels.k
@@ -78,7 +78,7 @@ def train(
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     targets = (targets @ vectors[:, ::-1][:, :COMPONENTS]).astype(np.float32)
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
-    batch = min(batch, n_fit)
+    batch = min(BATCH, n_fit)
 
     def one_seed(seed_key: jax.Array):
         # Optax mixes dtypes that a strict caller would refuse
