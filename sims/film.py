@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from tqdm import tqdm
 
-from parc_jax.app.plot.film import counted, require_kind, require_sample, write_film
+from parc_jax.app.plot.film import require_kind, require_sample, write_film
 from parc_jax.common.errors import InputError
 
 SIZE = 0.032  # height of the letters, in heights of the picture
@@ -90,7 +91,7 @@ def frames(
         raise _no_opengl(error) from None
     images = []
     with renderer:
-        for state in counted(states, len(states), quiet):
+        for state in tqdm(states, desc="film", unit="frame", disable=quiet):
             data.qpos[:] = state
             mujoco.mj_forward(model, data)
             renderer.update_scene(data, camera)

@@ -82,9 +82,9 @@ COUNTS = (
 RUNS = (
     Fault(
         "k_and_disturbance_share_a_key",
-        "split_rollout",
-        "jax.random.split(key)",
-        "key, key",
+        "row_keys",
+        "jax.random.split(one)",
+        "(one, one)",
         "tests/rollout/test_collect.py::test_k_and_disturbance_are_independent",
     ),
     Fault(

@@ -33,7 +33,7 @@ NETWORK = (
     ),
     Fault(
         "emptiness_without_a_proof",
-        "vertices.chebyshev_center",
+        "extent.chebyshev_center",
         "if bound > 0:",
         "if bound > -np.inf:",
         "tests/sets/test_questions.py::test_a_lying_solver_makes_no_box_too_small_and_no_set_empty",

@@ -14,9 +14,9 @@ from benchmarks.neuralparc.sets.affine import (
 )
 from benchmarks.neuralparc.sets.operations import grow, minkowski_sum, shrink, with_axis_rows
 from benchmarks.neuralparc.sets.sampling import sample_polytope, volume
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
-from parc_jax.common.sets.vertices import vertices
 
 __all__ = [
     "LPStatus",

@@ -22,8 +22,8 @@ from benchmarks.neuralparc.sets.affine import (
     projection,
 )
 from parc_jax.common.lp.exact import gamma, row_bounds
+from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import chebyshev_center
 
 
 def knot_set(cell: Cell, obstacle: HPolytope, s: int) -> AHPolytope:

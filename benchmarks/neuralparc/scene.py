@@ -13,9 +13,9 @@ from parc_jax.common import struct
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import gamma, round_up
 from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
-from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.problem.body import Body, Disc

@@ -11,7 +11,8 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.learning.network.train import train_report
+from parc_jax.learning.network.relu import outputs
+from parc_jax.learning.network.train import HELD, tail_of, train, training_arrays
 
 
 def run(bench: Bench) -> Result:
@@ -19,10 +20,12 @@ def run(bench: Bench) -> Result:
     name = bench.size("drift", "boat")
     data, seeds, steps = bench.learned(name).train, bench.size(2, 1), bench.size(1000, 20)
     done = timed(
-        lambda: train_report(data, (8, 8, 8, 8), bench.key(1), seeds, steps),
+        lambda: train(data, (8, 8, 8, 8), key=bench.key(1), seeds=seeds, steps=steps),
         bench.size(3, 1),
     )
-    report = done.result[1]
+    net, (k, y) = done.result, training_arrays(data)
+    held = slice(round(len(k) * (1 - HELD)), None)
+    rms = np.sqrt(((outputs(net, k[held]) - y[held]) ** 2).mean())
     return Result(
         [
             *times(
@@ -40,7 +43,7 @@ def run(bench: Bench) -> Result:
                 abs_tol=1.0,
                 dtype="float32",
             ),
-            metric("training.tail", np.min(report.tail), "m", "lower", rel_tol=0.3),
-            metric("training.rms", np.min(report.rms), "m", "lower", rel_tol=0.3),
+            metric("training.tail", tail_of(net, k[held], y[held]), "m", "lower", rel_tol=0.3),
+            metric("training.rms", rms, "m", "lower", rel_tol=0.3),
         ]
     )

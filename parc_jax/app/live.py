@@ -21,7 +21,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import convex_hull
-from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound.calibrate import at_other_eps
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
@@ -117,7 +116,7 @@ class Live:
         if at is None and problem.start is not None:
             parts.append(("start", problem.start))
         for name, part in parts:
-            corners = vertices(part)
+            corners = shapes.corners_of(part)
             sets[name], middles[name] = part, (corners.min(axis=0) + corners.max(axis=0)) / 2
         self._rng = np.random.default_rng(seed)
         self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
@@ -253,8 +252,8 @@ class Live:
                 self.move(name, grip.place, _turn(turn, len(grip.place)) @ grip.turn)
             self.settle()
             why_of(scene := self.scene())
-            none = np.zeros((1, scene.model.n_p)), np.zeros((1, scene.model.n_k))
-            screen(scene, *none, rare=True)  # as of a scene in which few plans are safe
+            # a release in a scene without plans screens none
+            screen(scene, np.zeros((1, scene.model.n_p)), np.zeros((1, scene.model.n_k)))
         self.grips, self.off = grips, off
 
     def proved(self) -> Answer:

@@ -13,7 +13,6 @@ from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
 from parc_jax.common.on_use import package
-from parc_jax.common.sets.vertices import vertices
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
@@ -183,7 +182,7 @@ class Page:
             return []
         try:
             part, at = shapes.linked(grip.whole, range(n_p))
-            corners = vertices(part)[:, list(at)] - grip.middle
+            corners = shapes.corners_of(part)[:, list(at)] - grip.middle
         except InputError:  # not bounded
             return []
         top = self.size * (HIGH if name not in COLOURS else LOW / 10)

@@ -95,13 +95,7 @@ def row_keys(key: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
     k, and keys (B, 2) that drive the systems. A kernel.
     """
     keys = jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key, rows)
-    return jax.vmap(split_rollout)(jax.random.key_data(keys))
-
-
-def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """One rollout key (2,) -> (key that draws k, key that drives the system)."""
-    k_key, system_key = jax.random.split(key)
-    return k_key, system_key
+    return jax.vmap(lambda one: tuple(jax.random.split(one)))(jax.random.key_data(keys))
 
 
 # a program for each stage, since a query may move no number to the device

@@ -11,8 +11,8 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, check_text
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
-from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.system import LARGEST, check_points

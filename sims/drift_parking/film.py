@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.plot.shapes import shadow
 from parc_jax.common.arrays import x64
-from parc_jax.common.sets.vertices import bounding_box
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.problem.problem import Problem
 from sims import film
 from sims.drift_parking import params as c

@@ -11,7 +11,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.film import require_kind
 from parc_jax.app.plot.shapes import shadow
-from parc_jax.common.sets.vertices import bounding_box
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.problem.problem import Problem
 from sims import film as films
 from sims.f110 import params as c

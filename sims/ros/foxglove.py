@@ -18,6 +18,7 @@ from parc_jax.app.cli.check import is_episode
 from parc_jax.app.cli.places import require_place
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.shapes import (
+    corners_of,
     in_world,
     linked,
     obstacle_triangles,
@@ -26,7 +27,6 @@ from parc_jax.app.plot.shapes import (
     tube_triangles,
 )
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.vertices import vertices
 from parc_jax.drive.loop.commitment import Commitment
 from parc_jax.drive.loop.episode_file import (
     Episode,
@@ -205,7 +205,7 @@ def _goal_triangles(problem: Problem, n_p: int) -> np.ndarray:
     """(t, 3, n_p) where the first reference point is to end; none where that is not bounded."""
     try:
         part, at = linked(problem.goal, range(n_p))
-        return triangles(vertices(part)[:, at])
+        return triangles(corners_of(part)[:, at])
     except InputError:
         return np.zeros((0, 3, n_p))
 

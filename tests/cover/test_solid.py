@@ -50,7 +50,7 @@ def test_vertices_are_on_the_rows_and_redundant_rows_are_gone(seed):
 
 
 def own_vertices(poly):
-    from parc_jax.common.sets.vertices import vertices
+    from benchmarks.neuralparc.sets.vertices import vertices
 
     return vertices(poly)
 

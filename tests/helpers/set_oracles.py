@@ -7,8 +7,8 @@ from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.lp_solve import solve
 from benchmarks.neuralparc.sets.affine import as_ah, membership
 from parc_jax.common.lp.exact import violation
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import bounding_box
 from parc_jax.common.tolerances import TOLERANCES
 
 

@@ -2,12 +2,15 @@
 solids.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 from drawn_bodies import CAR, CAR_AT, DRONE_AT, car, drone, turned
 
 from parc_jax.app.plot import shapes
 from parc_jax.app.plot.shapes import FRONT, SIDE, TOP, views_of
+from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box, hpolytope
 from parc_jax.problem.body import Disc, Part
@@ -18,6 +21,20 @@ def area(outline) -> float:
     """Of a polygon (v, 2), counter-clockwise."""
     x, y = np.asarray(outline).T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def test_corners_are_those_of_boxes_and_refused_where_there_are_none():
+    for n in (2, 3, 4):
+        cube = from_box(box(np.zeros(n), np.ones(n)))
+        corners = {tuple(corner) for corner in shapes.corners_of(cube).round(9).tolist()}
+        assert corners == set(itertools.product((0.0, 1.0), repeat=n))
+        with pytest.raises(InputError, match="expected a bounded set"):
+            shapes.corners_of(hpolytope(cube.A[1:], cube.b[1:]))
+    flat = from_box(box(np.zeros(4), [1.0, 1.0, 1.0, 0.0]))
+    with pytest.raises(InputError, match="with volume"):
+        shapes.corners_of(flat)
+    empty = hpolytope([[1.0, 0.0], [-1.0, 0.0]], [0.0, -1.0])
+    assert shapes.corners_of(empty).shape == (0, 2)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, -2.0])

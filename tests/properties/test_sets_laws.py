@@ -16,9 +16,10 @@ from benchmarks.neuralparc.sets import (
     affine,
     operations,
     sampling,
+    vertices,
 )
 from parc_jax.common.lp import exact
-from parc_jax.common.sets import rational, vertices
+from parc_jax.common.sets import extent, rational
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 
@@ -90,7 +91,7 @@ def law_row_order_changes_nothing(rng, n, h):
     p = round_polytope(rng, n, h)
     order = rng.permutation(len(p.b))
     q = HPolytope(p.A[order] * 4.0, p.b[order] * 4.0)
-    np.testing.assert_allclose(vertices.bounding_box(q).hi, vertices.bounding_box(p).hi, atol=1e-6)
+    np.testing.assert_allclose(extent.bounding_box(q).hi, extent.bounding_box(p).hi, atol=1e-6)
     np.testing.assert_allclose(
         sampling.volume(vertices.vertices(q)), sampling.volume(vertices.vertices(p)), rtol=1e-9
     )
@@ -98,7 +99,7 @@ def law_row_order_changes_nothing(rng, n, h):
 
 def law_chebyshev_ball_fits_and_none_is_larger(rng, n, h):
     p = round_polytope(rng, n, h)
-    ball = vertices.chebyshev_center(p)
+    ball = extent.chebyshev_center(p)
     length = np.linalg.norm(p.A, axis=1)
     assert (p.A @ ball.center + length * ball.radius <= p.b + ROUNDING).all()
     x = points_around(rng, p, 200)
@@ -145,7 +146,7 @@ def law_rational_vertices_satisfy_their_rows_exactly(rng, n, h):
 
 def law_samples_stay_inside(rng, n, h):
     p = round_polytope(rng, 3, 6)
-    start = vertices.chebyshev_center(p).center
+    start = extent.chebyshev_center(p).center
     key = jax.random.split(jax.random.key(int(rng.integers(1 << 30))), 1)
     assert p.contains(
         sampling.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)

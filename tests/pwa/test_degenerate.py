@@ -63,7 +63,7 @@ def test_dead_layer_feeds_its_bias_forward():
     net = relu_network([W0, np.eye(2), np.ones((1, 2))], [b0, np.array([0.5, -0.5]), np.zeros(1)])
     table = assert_same_regions(net, unit_box(2))
     assert table.patterns.tolist() == [[False, False, True, False]]
-    assert table.d[0] == 0.5
+    assert table.maps()[1][0] == 0.5
 
 
 def test_sliver_between_two_nearly_equal_neurons_is_kept():

@@ -18,9 +18,9 @@ from uncertain import NEARLY, corners_and_inside
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.app.plot.shapes import corners_of
 from parc_jax.checker.claim import arithmetic_of, stated_premises
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.vertices import vertices
 from parc_jax.learning.bound import claim as claim_module
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.statement import in_short
@@ -95,7 +95,7 @@ def test_no_plan_in_space_under_obstacles_that_grow_says_what_it_means():
     obstacle, error = (pj.hpolytope(a, [1, 1, 0, 0, 1]) for a in (roof, roof[:, [1, 0, 2]]))
     above = pj.box([-0.05, -0.05, 0.15], [0.05, 0.05, 0.25])
     start = pj.box([-0.02, -0.02, 0.18], [0.02, 0.02, 0.22])
-    moved = [pj.hpolytope(roof, obstacle.b + roof @ e) for e in vertices(error)]
+    moved = [pj.hpolytope(roof, obstacle.b + roof @ e) for e in corners_of(error)]
     planner = Planner(lift)
     each = planner.solve(pj.reach_avoid(above, moved, 0.01, start=start), KEY, SMALL)
     assert each.status.found  # wherever the error moves it, convex as both are

@@ -12,8 +12,8 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax.answer.path import nominal_path
+from parc_jax.app.plot.shapes import corners_of
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.vertices import vertices
 from sims.ros.foxglove import main, write_mcap
 
 need("rosbags", "mcap_ros2")
@@ -77,7 +77,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
     shown = [(at, triangles(m)) for at, m in said["/obstacles"]]
     assert [at for at, _ in shown] == [5 * 10**9, 5 * 10**9 + 250_000_000]
     assert len(shown[0][1]) == 0 and area(shown[1][1]) == pytest.approx(0.5 * 0.3)
-    corners = vertices(answer.problem.obstacles[0])
+    corners = corners_of(answer.problem.obstacles[0])
     assert covered(corners, shown[1][1]).all()
     assert area(triangles(said["/goal"][0][1])) == pytest.approx(0.25)
     # runs inside the tube stay in what is drawn of it, body and all

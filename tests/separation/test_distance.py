@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from exact_hulls import corners_between, differences, squared_distance
+from one_interval import separation
 from scipy.optimize import nnls
 
 from parc_jax.common.arrays import x64
@@ -18,7 +19,7 @@ N = 64
 PLANE_AND_SPACE = [2, pytest.param(3, marks=pytest.mark.slow)]
 
 
-separations = jax.jit(jax.vmap(distance.separation))
+separations = jax.jit(jax.vmap(separation))
 
 
 def separate(*pairs):

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hull import polytope_around
-from parc_jax.common.sets.vertices import vertices
 
 
 def holds(p, points) -> bool:

@@ -13,10 +13,11 @@ from set_oracles import supports
 from benchmarks.neuralparc import lp_solve as solve_module
 from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.sets.affine import find_point, is_proved_outside
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp import solve as minimising
+from parc_jax.common.sets.extent import bounding_box, chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import bounding_box, chebyshev_center, vertices
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])

@@ -13,10 +13,11 @@ from benchmarks.neuralparc.sets.sampling import (
     simplex_volumes,
     triangulate,
 )
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
+from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.common.sets.vertices import chebyshev_center, vertices
 
 COUNT = 4000
 

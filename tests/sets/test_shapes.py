@@ -11,11 +11,11 @@ from random_polytopes import round_polytope
 
 from benchmarks.neuralparc.sets.operations import clip_to_box
 from benchmarks.neuralparc.sets.sampling import volume
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.common.sets.rational import area, exact_support, rational_vertices
-from parc_jax.common.sets.vertices import vertices
 
 
 def rows_of(points):

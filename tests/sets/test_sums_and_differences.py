@@ -14,11 +14,11 @@ from benchmarks.neuralparc.sets.operations import (
     with_axis_rows,
 )
 from benchmarks.neuralparc.sets.sampling import volume
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.rational import rational_vertices
-from parc_jax.common.sets.vertices import vertices
 
 
 def breaks(p, e, x, signs):

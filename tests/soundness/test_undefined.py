@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from dropping_nan import dropping_nan
+from one_interval import separation
 from synthetic_plants import noisy, plant, straight_network
 from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, toy_case
@@ -20,7 +21,7 @@ from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.measure import Errors, allowance, extremes_many, measure
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.runs.collect import collect
-from parc_jax.safe_set.separation import distance, segment
+from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.separation.pairs import Obstacles
 from parc_jax.safe_set.verdict import pointwise
 from parc_jax.safe_set.verdict.pointwise import CHUNK, clearance, verdict_in_turn, verdicts
@@ -152,7 +153,7 @@ def test_in_turn_as_side_by_side():
 def test_one_corner_that_is_none_is_not_left_out():
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     plane = jax.jit(segment.separation)
-    hull = jax.jit(lambda a, b, e, v: distance.separation(a, b, ErrorBox(e), v, 0.0))
+    hull = jax.jit(lambda a, b, e, v: separation(a, b, ErrorBox(e), v, 0.0))
     for corner in range(4):
         corners = spoiled(square, np.nan, np.s_[corner])
         for x in (-2.0, 3.0):

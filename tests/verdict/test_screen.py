@@ -59,27 +59,6 @@ def test_what_is_in_memory_at_once_is_no_more_than_asked_and_changes_nothing(rng
         np.testing.assert_array_equal(a, b)
 
 
-@pytest.mark.parametrize("seed", [2, 4])
-def test_a_first_look_at_few_intervals_loses_no_safe_plan(seed, rng, monkeypatch):
-    model, problem = toy_case(seed)
-    scene = scene_of(problem, model)
-    z, k = proposals(model, scene, rng, 3 * CHUNK + 17)
-    whole, rows, one = screen(scene, z, k), [], screening.map_rows
-
-    def counted(size, kernel, row, *rest, **options):
-        if len(rest) == 2:
-            rows.append(len(row))
-        return one(size, kernel, row, *rest, **options)
-
-    for name, value in {"AT_ONCE": 400, "RARE": 2.0, "MANY": 0}.items():
-        monkeypatch.setattr(screening, name, value)
-    monkeypatch.setattr(screening, "map_rows", counted)
-    parts = screen(scene, z, k)
-    assert 1.1 * whole.reaching < sum(rows) < 2 * whole.reaching, rows
-    for a, b in zip(whole[1:], parts[1:], strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 @pytest.mark.night
 @pytest.mark.parametrize(
     ("n_p", "size", "fitted"), [(2, 0.01, False), (3, 0.03, False), (3, 0.03, True)]

@@ -9,11 +9,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.neuralparc.sets.vertices import vertices
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import delaunay
-from parc_jax.common.sets.vertices import vertices
 
 _INSIDE = 1e-9  # share of a chord kept free at both ends, so that rounding does not leave the set
 

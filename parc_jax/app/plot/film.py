@@ -6,7 +6,7 @@ In the plane from above, in space from three sides. A film is a .gif file or a f
 """
 
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +49,8 @@ def film(
     quiet: no progress bar.
     Returns `out`. Raises InputError.
     """
+    from tqdm import tqdm
+
     out = Path(out)
     require_kind(out)
     if isinstance(source, Episode | str | Path):
@@ -56,7 +58,8 @@ def film(
     else:
         require_sample(source, sample)
         canvas = _PlanCanvas(source, sample, run)
-    frames = [canvas.frame(t) for t in counted(canvas.times, len(canvas.times), quiet)]
+    times = tqdm(canvas.times, desc="film", unit="frame", disable=quiet)
+    frames = [canvas.frame(t) for t in times]
     rest = [frames[-1]] * round(REST * canvas.rate)
     return write_film(out, [*frames, *rest], canvas.rate, canvas.colours)
 
@@ -77,13 +80,6 @@ def require_sample(answer, sample: int) -> None:
         raise InputError("film: expected an answer with safe samples; this one has none to film.")
     if not 0 <= sample < n:
         raise InputError(f"film: expected one of {n} safe samples, 0 to {n - 1}; got {sample}.")
-
-
-def counted(frames: Iterable, n: int, quiet: bool) -> Iterable:
-    """The same n frames, with a progress bar unless `quiet`."""
-    from tqdm import tqdm
-
-    return tqdm(frames, desc="film", unit="frame", total=n, disable=quiet)
 
 
 def write_film(

@@ -13,7 +13,6 @@ from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
 from parc_jax.checker.proved import PROVED_JS
-from parc_jax.common.sets.vertices import vertices
 from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.bound.error_set import NO_CLAIM
 from parc_jax.learning.bound.statement import in_short
@@ -238,7 +237,7 @@ def _part(part, n_p: int) -> dict:
 
 def _obstacles(problem, n_steps: int, views) -> list[dict]:
     """Corners, an outline for every view, first and last interval."""
-    pairs = zip(map(vertices, problem.obstacles), spans_of(problem, n_steps), strict=True)
+    pairs = zip(map(shapes.corners_of, problem.obstacles), spans_of(problem, n_steps), strict=True)
     return [
         {
             "vertices": v.tolist(),

@@ -11,7 +11,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.spelling import counted, hex_text
 from parc_jax.common.status import OfRegion
 from parc_jax.common.tolerances import TOLERANCES
@@ -136,10 +135,9 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
         cut = HPolytope(region.A[:, list(axes)], region.b - region.A[:, others] @ at[others])
         length = np.linalg.norm(cut.A, axis=1)
         cut = HPolytope(cut.A[length > 1e-12], cut.b[length > 1e-12])
-        ball = chebyshev_center(cut)
-        if ball.radius > 1e-9:
+        if len(outline := shapes.corners_of(cut)) > 2:
             numbers.append(i)
-            outlines.append(shapes.shadow(cut))
+            outlines.append(outline)
     return np.array(numbers, int), outlines
 
 

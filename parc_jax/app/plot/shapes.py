@@ -11,9 +11,10 @@ import numpy as np
 from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
+from parc_jax.common.sets.extent import bounding_box, chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.sets.hull import convex_hull, corners_of_many
-from parc_jax.common.sets.vertices import vertices
+from parc_jax.common.sets.hull import convex_hull, solid
+from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to, trajectories
 from parc_jax.problem.body import Disc, Part, Polygon, numbered
@@ -31,6 +32,19 @@ def hull(points: np.ndarray) -> np.ndarray:
     return points if boundary is None else points[boundary.vertices]
 
 
+def corners_of(poly: HPolytope) -> np.ndarray:
+    """(v, n) of a bounded polytope, none of an empty one. Raises InputError for another one, and
+    for a flat one beyond space.
+    """
+    if poly.n <= 3:
+        return np.array(rational_vertices(poly, "picture"), float).reshape(-1, poly.n)
+    bounded = np.isfinite(bounding_box(poly).volume)
+    found = solid(poly, chebyshev_center(poly).center) if bounded else None
+    if found is None:
+        raise InputError("picture: expected a bounded set with volume; got another. Link less.")
+    return found.vertices
+
+
 def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
     """Outline (v, 2) of the projection of a bounded polytope onto two of its coordinates.
 
@@ -38,7 +52,7 @@ def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
     any number, and no bounds.
     """
     part, at = linked(poly, axes)
-    return hull(vertices(part)[:, at])
+    return hull(corners_of(part)[:, at])
 
 
 def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
@@ -86,7 +100,7 @@ def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1))
 def grown(obstacle: HPolytope, part: Part) -> np.ndarray:
     """Outline (v, 2) of an obstacle in the plane grown by a part of the body, turned inside out."""
     turned = part.shape if isinstance(part.shape, Disc) else Polygon(-part.shape.vertices)
-    return part_outline(part.replace(shape=turned), vertices(obstacle))
+    return part_outline(part.replace(shape=turned), corners_of(obstacle))
 
 
 def disc(radius: float) -> np.ndarray:
@@ -218,8 +232,7 @@ def obstacle_triangles(obstacles: Sequence[HPolytope], about: np.ndarray) -> np.
     # walls of maps may be unbounded: a box around the manoeuvre bounds them
     around = from_box(Box(lo, hi))
     cut = [HPolytope(np.r_[o.A, around.A], np.r_[o.b, around.b]) for o in obstacles]
-    pairs = zip(cut, corners_of_many(cut), strict=True)
-    drawn = [triangles(vertices(poly) if v is None else v) for poly, v in pairs]
+    drawn = [triangles(corners_of(poly)) for poly in cut]
     return np.concatenate([np.zeros((0, 3, len(lo))), *drawn])
 
 

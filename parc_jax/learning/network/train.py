@@ -8,7 +8,6 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import NamedTuple
 
 import flax.linen as nn
 import jax
@@ -28,6 +27,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 # [mean feature power] keeps dead and twin features from making the last layer singular
 RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
+BATCH = 1000  # runs of a step
 HELD = 0.15  # share of the runs held out, by which the best network is chosen
 # principal directions of the outputs in training; the final solve uses every output
 COMPONENTS = 24
@@ -48,14 +48,6 @@ class Features(nn.Module):
         return x
 
 
-class TrainReport(NamedTuple):
-    """Held-out errors [m], (seeds,): tail, the largest in the mean over K, and rms."""
-
-    best: int
-    tail: np.ndarray
-    rms: np.ndarray
-
-
 def train(
     data: RolloutBatch,
     hidden: Sequence[int] = (8, 8, 8, 8),
@@ -63,28 +55,20 @@ def train(
     key: Key,
     seeds: int = 8,
     steps: int = 3000,
-    batch: int = 1000,
 ) -> ReLUNetwork:
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
     Trains `seeds` networks and returns the one with the smallest held-out tail error, which decides
-    the width of the tube. batch: runs of a step. The FIT stream of `key` is used.
+    the width of the tube. The FIT stream of `key` is used.
     """
-    return train_report(data, hidden, key, seeds, steps, batch)[0]
-
-
-def train_report(
-    data: RolloutBatch, hidden: Sequence[int], key: Key, seeds: int, steps: int, batch: int = 1000
-) -> tuple[ReLUNetwork, TrainReport]:
-    """As `train`, with the held-out errors of every seed."""
     if not isinstance(data, RolloutBatch):
         raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
     if not isinstance(hidden, tuple | list) or not hidden:
         widths = "the widths of at least one hidden layer"
         raise InputError(expected("train", widths, hidden, "hidden=(8, 8, 8, 8)"))
-    counts = (*(("hidden", width) for width in hidden), ("seeds", seeds), ("batch", batch))
+    counts = (*(("hidden", width) for width in hidden), ("seeds", seeds))
     for name, count in counts:
-        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8, batch=1000")
+        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - HELD)))
     names = data.subject.labels.k
@@ -94,7 +78,7 @@ def train_report(
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     targets = (targets @ vectors[:, ::-1][:, :COMPONENTS]).astype(np.float32)
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
-    batch = min(batch, n_fit)
+    batch = min(BATCH, n_fit)
 
     def one_seed(seed_key: jax.Array):
         # Optax mixes dtypes that a strict caller would refuse
@@ -105,11 +89,7 @@ def train_report(
     with ThreadPoolExecutor(max_workers=min(seeds, os.cpu_count() or 1)) as pool:
         nets = list(pool.map(one_seed, list(keys)))
     held = slice(n_fit, None) if n_fit < len(k) else slice(None)
-    errors = [np.abs(outputs(net, k[held]) - y[held]) for net in nets]
-    tail = np.array([_tail(k[held], e.max(axis=1)) for e in errors])
-    rms = np.array([np.sqrt((e**2).mean()) for e in errors])
-    best = int(np.argmin(tail))
-    return nets[best], TrainReport(best, tail, rms)
+    return nets[int(np.argmin([tail_of(net, k[held], y[held]) for net in nets]))]
 
 
 def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
@@ -186,8 +166,11 @@ def _finish(
     return fold([*weights, last[:-1].T], [*biases, last[-1]], norm)
 
 
-def _tail(k: np.ndarray, worst: np.ndarray) -> float:
-    """Mean over a grid of K of the largest error in each cell, so that one jump does not decide."""
+def tail_of(net: ReLUNetwork, k: np.ndarray, y: np.ndarray) -> float:
+    """Mean over a grid of K of the largest error [m] in each cell, so that one jump does not
+    decide; of targets y (n, n_out) at k (n, n_k).
+    """
+    worst = np.abs(outputs(net, k) - y).max(axis=1)
     bins = 6  # along every axis
     span = np.ptp(k, axis=0)
     share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.errors import BudgetError, InputError
+from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
 from parc_jax.learning.network.maps import affine_maps, facet_rows
@@ -16,9 +16,6 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.locate import PatternIndex
 from parc_jax.proof.regions.proof import Completeness
 from parc_jax.proof.regions.storage import face_vertices
-
-# `C` and `d` of all regions are refused beyond this; `maps` gives any part of them
-MAX_MAP_BYTES = 2 << 30
 
 
 @struct.dataclass
@@ -82,13 +79,8 @@ class RegionTable:
 
     @property
     def vertex_offsets(self) -> np.ndarray:
-        """Offsets (r + 1,) of vertex_index and vertices."""
+        """Offsets (r + 1,) of vertex_index."""
         return self._region_vertices[1]
-
-    @cached_property
-    def vertices(self) -> np.ndarray:
-        """Vertices of the regions one after the other, flat with `vertex_offsets`: (sum, n)."""
-        return self.points[self.vertex_index]
 
     @cached_property
     def neighbours(self) -> np.ndarray:
@@ -154,32 +146,12 @@ class RegionTable:
     def maps(
         self, regions: int | slice | Sequence[int] | np.ndarray = slice(None)
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Maps C (m, n_out, n), d (m, n_out) of regions (numbers, slice or mask): net(k) = C k + d.
-        Raises InputError.
+        """Maps C (m, n_out, n), d (m, n_out) of regions (numbers, slice or mask), all by default:
+        net(k) = C k + d. Raises InputError.
         """
         if not isinstance(regions, slice):
             self._require(regions)
         return affine_maps(self.net, np.atleast_2d(self.patterns[regions]))
-
-    @cached_property
-    def _all_maps(self) -> tuple[np.ndarray, np.ndarray]:
-        n_bytes = 8 * self.count * self.net.n_out * (self.net.n_in + 1)
-        if n_bytes > MAX_MAP_BYTES:
-            raise BudgetError(
-                f"maps of all {self.count} regions need {n_bytes / 2**30:.1f} GiB > "
-                f"{MAX_MAP_BYTES / 2**30:.0f} GiB. Use maps(regions) for the regions you need."
-            )
-        return self.maps()
-
-    @property
-    def C(self) -> np.ndarray:
-        """Gradients of all regions (r, n_out, n), on first use. Raises BudgetError beyond 2 GiB."""
-        return self._all_maps[0]
-
-    @property
-    def d(self) -> np.ndarray:
-        """Offsets of all regions (r, n_out), on first use. Raises BudgetError beyond 2 GiB."""
-        return self._all_maps[1]
 
     @cached_property
     def _index(self) -> PatternIndex:

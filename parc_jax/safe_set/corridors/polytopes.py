@@ -12,9 +12,9 @@ from jaxtyping import ArrayLike
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
+from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import Solid, sample_solid, solid
-from parc_jax.common.sets.vertices import chebyshev_center
 from parc_jax.common.spelling import rounded_down
 from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridors import Corridors

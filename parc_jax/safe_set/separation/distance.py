@@ -14,7 +14,7 @@ from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.common.arrays import dot
 from parc_jax.common.shapes import Scalar, Vector, Vectors
-from parc_jax.learning.bound.error_set import ErrorSet, at
+from parc_jax.learning.bound.error_set import ErrorSet
 from parc_jax.safe_set.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
@@ -23,26 +23,19 @@ Some = Bool[ArrayLike, " t"] | None
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
-def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
-    """Gap [m] and unit direction (n_p,) of conv {a_i + E_i, b_i + E_i} from conv(vertices) + ball;
-    gap > 0 proves they are disjoint. Kernel.
-
-    a, b: (i, n_p) the points at both knots.
-    errors: (i,) sets E_i.
-    vertices: (v, n_p), repetitions allowed.
-    The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
-        gives gap <= 0 up to rounding.
-    """
-    gap, w = separations(a[None], b[None], at(errors, None), vertices, radius)
-    return gap[0], w[0]
-
-
 def separations(
     a: Many, b: Many, errors: ErrorSet, vertices: Vectors, radius: Scalar, until: Some = None
 ):
-    """The same of many intervals: gaps (t,), directions (t, n_p). Kernel; with `until` not for
-    vmap. until: steps end where more change nothing, or an overlap shows in one of these intervals,
-    in the plane: its gap is not positive, and those of others are less than they might be.
+    """Gaps (t,) [m] and unit directions (t, n_p) of conv {a_i + E_i, b_i + E_i} in each interval
+    from conv(vertices) + ball; gap > 0 proves they are disjoint. Kernel; with `until` not for vmap.
+
+    a, b: (t, i, n_p) the points at both knots.
+    errors: (t, i) sets E_i.
+    vertices: (v, n_p), repetitions allowed.
+    until: steps end where more change nothing, or an overlap shows in one of these intervals, in
+        the plane: its gap is not positive, and those of others are less than they might be.
+    The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
+        gives gap <= 0 up to rounding.
     """
     n = a.shape[-1]
     support = jax.vmap(_support, in_axes=(0, 0, 0, None, 0))

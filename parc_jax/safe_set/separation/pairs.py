@@ -182,11 +182,8 @@ class Pair(NamedTuple):
 
     def gap(self, start: Knot, end: Knot, errors: ErrorSet):
         """The same in one interval: start, end its knots, errors (n_points,)."""
-        if self.closed:
-            polygon = self.vertices + self.signs * errors.half
-            return segment.separation(start, end, polygon, self.radius)
-        near, allowed = self._own(jnp.stack([start, end]), jax.tree.map(lambda x: x[None], errors))
-        return distance.separation(*near, at(allowed, 0), self.vertices, self.radius)
+        gap, w = self.gaps(jnp.stack([start, end]), at(errors, None))
+        return gap[0], w[0]
 
     def support(self, w: Vector):
         """Of the obstacle and the part's shape together along a direction w, a unit vector."""

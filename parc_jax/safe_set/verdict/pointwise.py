@@ -237,14 +237,9 @@ def _far(scene: SceneArrays, path: Path):
 
 def end_network(model: TrajectoryModel) -> ReLUNetwork:
     """The network with the outputs of the first knot, the last one and q alone."""
-    return network_at(model, np.array([0, model.time.n_steps]))
-
-
-def network_at(model: TrajectoryModel, knots: np.ndarray) -> ReLUNetwork:
-    """The network with the outputs of some knots, 0 once and first, and q alone."""
-    net, n_p, n = model.net, model.n_p, model.layout.n_offsets
-    places = np.arange(-n_p, n).reshape(-1, model.n_c)[knots].ravel()
-    rows = np.r_[places[n_p:], n : len(net.biases[-1])]
+    net, n = model.net, model.layout.n_offsets
+    first = model.n_c - model.n_p  # at the start the first point has no output
+    rows = np.r_[:first, n - model.n_c : len(net.biases[-1])]
     short = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
     return net.replace(weights=short[0], biases=short[1])
 

@@ -11,7 +11,7 @@ fitted errors along a fixed direction is a number per bin, interval and point; s
 costs as much as a box. What no facet separates a direction of the whole table mostly does.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial, reduce
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import by_point, moved_to, predict
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.separation.inequality import at_both_knots, excess, height
-from parc_jax.safe_set.verdict.pointwise import anchor, network_at, on_device
+from parc_jax.safe_set.verdict.pointwise import anchor, on_device
 from parc_jax.safe_set.verdict.scene import Scene, Tabled
 
 
@@ -114,9 +114,6 @@ SPARSE = 8  # one in so many of a plan's open items comes first: what touches do
 AT_ONCE = 8192  # plans that are in memory with all that is open about them
 # the same, where each is a search for a direction: what only fills up a call costs much
 SEARCHED = 256
-# where a plan has MANY intervals, and less than RARE were safe of as many plans before, a first
-# look at FEW, as much work as one at twice as many, leaves few plans for all intervals
-FEW, MANY, RARE = 12, 60, 0.3
 
 
 class FacetTest(NamedTuple):
@@ -139,16 +136,10 @@ class FacetTest(NamedTuple):
 
 
 def facet_test(
-    net: ReLUNetwork,
-    tube: Tube,
-    scene: Tabled,
-    facets: Facets,
-    times: jax.Array,
-    p0: Vector,
-    k: Params,
+    net: ReLUNetwork, tube: Tube, scene: Tabled, facets: Facets, p0: Vector, k: Params
 ) -> FacetTest:
-    """Facets and a plan that reaches the goal. times (T,): the intervals of the tube. Kernel."""
-    offsets, _, pattern = predict(net, tube.layout._replace(n_steps=len(times)), k)
+    """Facets and a plan that reaches the goal. Kernel."""
+    offsets, _, pattern = predict(net, tube.layout, k)
     path, bin = moved_to(p0, offsets), open_bin_of(tube.edges, k)
 
     active = jnp.asarray(scene.obstacles.active)
@@ -167,7 +158,7 @@ def facet_test(
     o, i = worst
     unsure, possible = ~(gap > 0), jnp.ones((), bool)
     if scene.obstacles.closed:  # cheap enough for every plan; a search waits for those in doubt
-        separated = _separated(tube, scene, path[i], path[i + 1], bin, o, times[i])
+        separated = _separated(tube, scene, path[i], path[i + 1], bin, o, i)
         unsure, possible = jnp.zeros((), bool), separated | ~unsure
     others = open_.at[o, i].set(False)
     return FacetTest(p0, path, pattern, bin, worst, unsure, possible, others)
@@ -179,7 +170,7 @@ def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o:
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 5, 0, 0)), compiler_options=COMPILER)
+_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 4, 0, 0)), compiler_options=COMPILER)
 _separated_items = jax.jit(
     jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)), compiler_options=COMPILER
 )
@@ -200,24 +191,10 @@ def _separated_by_table(
 
 
 def _whole(scene: Scene) -> tuple:
-    """Network, tube, scene, facets and intervals on the device."""
-    model = scene.model
-    facets, times = facets_of(scene), np.arange(model.time.n_steps)
+    """Network, tube, scene and facets on the device."""
+    model, facets = scene.model, facets_of(scene)
     with x64():
-        return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets, times))
-
-
-def _in_part(scene: Scene) -> tuple:
-    """The same at FEW intervals, and between each and the next one that no obstacle is in."""
-    _, tube, arrays, facets, _ = once(scene, _whole)
-    some = np.unique(np.linspace(0, scene.model.time.n_steps - 1, FEW).astype(int))
-    net = network_at(scene.model, np.stack([some, some + 1], axis=1).ravel())
-    times = np.repeat(some, 2)[:-1]
-    active = scene.obstacles.active[:, times] & (np.arange(len(times)) % 2 == 0)
-    part = arrays.replace(obstacles=arrays.obstacles.replace(active=active))
-    with x64():
-        facets = facets._replace(reach=facets.reach.during(times))
-        return jax.device_put((net, tube, part, facets, times))
+        return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets))
 
 
 class Screened(NamedTuple):
@@ -235,56 +212,46 @@ class Screened(NamedTuple):
     bin: np.ndarray
 
 
-def screen(scene: Scene, z: Positions, k: ManyParams, rare: bool = False) -> Screened:
-    """Which of the plans with predicted ends z and parameters k are safe; rare: probably few."""
+def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
+    """Which of the plans with predicted ends z and parameters k are safe."""
     p0, reaches = anchor(scene, z, k)
     row = np.flatnonzero(reaches)
-    parts = []
-    for some in slices(max(len(row), 1), AT_ONCE):
-        looks = (_in_part, _whole) if rare and scene.model.time.n_steps > MANY else (_whole,)
-        parts.append(_screen(scene, p0, k, row[some], looks))
-        rare = len(parts[-1][0]) < RARE * AT_ONCE
+    parts = [_screen(scene, p0, k, row[some]) for some in slices(max(len(row), 1), AT_ONCE)]
     return Screened(len(row), *(np.concatenate(field) for field in zip(*parts, strict=True)))
 
 
-def _screen(
-    scene: Scene, p0: Positions, k: ManyParams, row: np.ndarray, looks: Sequence[Callable]
-) -> tuple:
-    """Which of the plans of these rows, all of which reach, are safe: the fields of `Screened`.
-    looks: at the plans, the last one at all of their intervals.
-    """
-    for look in looks:
-        asked = once(scene, look)
-        plans = row, p0[row], k[row]
-        row, seen = map_rows(
-            CHUNK,
-            lambda row, p0, k, asked=asked: (row, _facet_tests(*asked, p0, k)),
-            *plans,
-            only=lambda found: found[1].possible,
-        )
-        safe = np.ones(len(row), bool)
-        unsure = np.flatnonzero(seen.unsure)
-        safe[unsure] = _apart(scene, asked[-1], seen, unsure, *seen.worst[unsure].T)
-        row, seen = row[safe], FacetTest(*(field[safe] for field in seen))
+def _screen(scene: Scene, p0: Positions, k: ManyParams, row: np.ndarray) -> tuple:
+    """Which of the plans of these rows, all of which reach, are safe: the fields of `Screened`."""
+    asked = once(scene, _whole)
+    row, seen = map_rows(
+        CHUNK,
+        lambda row, p0, k: (row, _facet_tests(*asked, p0, k)),
+        *(row, p0[row], k[row]),
+        only=lambda found: found[1].possible,
+    )
     safe = np.ones(len(row), bool)
-    plan, o, i = np.nonzero(seen.open[:, : int(scene.count)])
+    unsure = np.flatnonzero(seen.unsure)
+    safe[unsure] = _apart(scene, seen, unsure, *seen.worst[unsure].T)
+    row, seen = row[safe], FacetTest(*(field[safe] for field in seen))
+    safe = np.ones(len(row), bool)
+    plan, o, t = np.nonzero(seen.open[:, : int(scene.count)])
     few = (np.arange(len(plan)) - np.searchsorted(plan, plan)) % SPARSE == SPARSE // 2
     for some in (few, ~few):
         item = np.flatnonzero(some & safe[plan])
-        apart = _apart(scene, asked[-1], seen, plan[item], o[item], i[item])
+        apart = _apart(scene, seen, plan[item], o[item], t[item])
         safe[plan[item][~apart]] = False
     return row[safe], *(field[safe] for field in seen[:4])
 
 
 def _apart(
-    scene: Scene, times: jax.Array, seen: FacetTest, plan: np.ndarray, o: np.ndarray, i: np.ndarray
+    scene: Scene, seen: FacetTest, plan: np.ndarray, o: np.ndarray, t: np.ndarray
 ) -> np.ndarray:
-    """(items,) bool: are plans kept apart from pairs in intervals i of those seen?"""
+    """(items,) bool: are plans kept apart from pairs o in intervals t?"""
     if not len(plan):
         return np.zeros(0, bool)
-    _, tube, arrays, facets, _ = once(scene, _whole)
-    o, t = o.astype(np.int32), np.asarray(times)[i].astype(np.int32)  # one type: one program
-    items = seen.path[plan, i], seen.path[plan, i + 1], seen.bin[plan], o, t
+    _, tube, arrays, facets = once(scene, _whole)
+    o, t = o.astype(np.int32), t.astype(np.int32)  # one type: one program
+    items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
     found = np.zeros(len(plan), bool)
     if facets.number.shape[1] > arrays.directions.n_facets:
         # a tenth of the cost of a search, and settles most

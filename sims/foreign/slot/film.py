@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.common.arrays import x64
-from parc_jax.common.sets.vertices import bounding_box
+from parc_jax.common.sets.extent import bounding_box
 from sims import film
 from sims.foreign.slot import params as c
 from sims.foreign.slot import scenario

@@ -13,7 +13,7 @@ import numpy as np
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import outcomes
 from parc_jax.common.keys import Stage
-from parc_jax.common.sets.vertices import bounding_box
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.collect import collect

@@ -11,8 +11,8 @@ from benchmarks.neuralparc.cells import cells_outward, stack
 from benchmarks.neuralparc.lp_program import LPStatus
 from benchmarks.neuralparc.sets.operations import shrink
 from parc_jax.common.sets.box import box
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.sets.vertices import bounding_box
 
 TUBE = arc_tube(4, (4, 3))
 CELLS = stack(
