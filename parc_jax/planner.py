@@ -222,7 +222,7 @@ class Planner:
         numbers=None,
         warm=None,
         whole: Sequence[int] = (),
-        devices: Sequence[jax.Device] | None = None,
+        mesh=None,
     ) -> BatchAnswer:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
@@ -236,7 +236,7 @@ class Planner:
         warm: an earlier BatchAnswer of the same problems, or plans.
         whole: rows that `solve` answers as well, with these settings, or with `Settings.whole()`
             where these are for samples only.
-        devices: to spread over, as `jax.devices()`; None for the one that JAX is set to.
+        mesh: devices to spread over (`common.backend.mesh`).
         Raises as `solve` does.
         """
         settings = _settings("solve_batch", Settings.fast() if settings is None else settings)
@@ -254,7 +254,7 @@ class Planner:
             problems, model = nominal_problems(problems, model, self._robust_models)
         begin = time.perf_counter()
         best, draws, seconds = search_batch(
-            model, problems, key, settings.samples, draws, numbers, warm, devices
+            model, problems, key, settings.samples, draws, numbers, warm, mesh
         )
         found = best.clearance[:, 0] > 0
         searched = time.perf_counter()

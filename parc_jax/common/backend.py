@@ -3,26 +3,34 @@
 A CPU likes few rows, which stay in its caches, and plans that end as soon as they are decided. An
 accelerator likes all rows at once: `benchmarks/gpu.sh` measures it.
 
-Many devices: `solve_batch` hands each its share of the scenes.
+Many devices: one mesh with one axis of rows, over which `solve_batch` splits its scenes.
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, partial
-from typing import Any
+from functools import cache, lru_cache, partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Int
 
 from parc_jax.common.arrays import x64
-from parc_jax.common.shapes import Index
 
+AXIS = "rows"
 # without emitters of fused loops XLA compiles kernels for a CPU in two thirds of the time, and they
 # run as fast or faster; the option says nothing to other devices, and later lines have it not
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
+
+
+def mesh(devices=None) -> jax.sharding.Mesh:
+    """All devices, or the given ones, in one axis; of Auto type, so code for one works as it is."""
+    devices = jax.devices() if devices is None else devices
+    auto = (jax.sharding.AxisType.Auto,)
+    return jax.make_mesh((len(devices),), (AXIS,), axis_types=auto, devices=devices)
 
 
 @dataclass(frozen=True)
@@ -94,43 +102,75 @@ def backend(device=None) -> Backend:
     return CPU if platform == "cpu" else ACCELERATOR
 
 
+class Calls(NamedTuple):
+    """How n rows are spread over calls of one compiled size.
+
+    n: rows. size: rows of a call, padding included. lanes: devices of a mesh, or threads.
+    share: rows of one lane in one call. loop: see `_many`.
+    """
+
+    n: int
+    size: int
+    lanes: int
+    share: int
+    loop: bool
+
+    def padded(self, first: np.ndarray) -> np.ndarray:
+        """Rows of the calls that begin at `first` (...): (..., size), the last one repeated."""
+        return np.minimum(first[..., None] + np.arange(self.size), self.n - 1)
+
+    def counts(self, first: np.ndarray) -> np.ndarray:
+        """How many of those are no padding: (...)."""
+        return np.clip(self.n - first, 0, self.share).astype(np.int32)
+
+
 def spread(
     one: Callable,
     rows: Any,
     start: Any,
     shared: Any,
-    devices: Sequence[jax.Device] | None = None,
+    mesh: jax.sharding.Mesh | None = None,
     how: Backend | None = None,
 ):
     """one(row, start_row, shared) -> row of results, for all rows of stacked arrays, in calls of a
     fixed size; NumPy in and out.
 
-    one: a kernel, which is compiled once for a device.
-    devices: a thread for each. None: the one that JAX is set to, with a thread per core.
+    one: a kernel, which is compiled once.
+    mesh: spread over its devices. None: over the cores of this machine.
     how: by default as suits the kind of device.
     """
     how = how or backend()
     n = len(jax.tree.leaves(start)[0])
-    lanes = devices or [None] * ((os.cpu_count() or 1) if how.threads else 1)
-    share = min(how.scenes, -(-n // len(lanes)))  # rows of one lane in a call
+    cores = (os.cpu_count() or 1) if how.threads else 1
+    lanes = cores if mesh is None else mesh.size
+    calls = Calls(n, how.scenes, lanes, min(how.scenes, -(-n // lanes)), how.in_turn)
 
-    def call(begin: int):
-        count = min(share, n - begin)
-        index = np.minimum(begin + np.arange(how.scenes), n - 1)  # the last one fills up
-        with x64():
-            taken = jax.tree.map(lambda x: x[index], (rows, start))
-            asked = np.int32(count), *taken, shared
-            placed = jax.device_put(asked, lanes[begin // share % len(lanes)])
-            got = jax.device_get(_many(one, how.in_turn, *placed))
-        return jax.tree.map(lambda x: x[:count], got)
+    def run(counts: np.ndarray, taken: Any):
+        if mesh is None:
+            return _local(one, calls.loop, counts, *taken, shared)
+        split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
+        placed = jax.device_put((counts, *taken), split)
+        return _sharded(one, calls.loop, mesh)(*placed, jax.device_put(shared, whole))
 
-    with ThreadPoolExecutor(len(lanes)) as pool:
-        parts = list(pool.map(call, range(0, n, share)))
+    # a thread runs the rows of one lane in a call, a mesh those of all
+    together, threads = (1, lanes) if mesh is None else (lanes, 1)
+    call = partial(_call, run, calls, together, (rows, start))
+    with ThreadPoolExecutor(threads) as pool:
+        parts = list(pool.map(call, range(0, n, calls.share * together)))
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
-@partial(jax.jit, static_argnums=(0, 1))
-def _many(one: Callable, loop: bool, n: Index, rows: Any, start: Any, shared: Any):
+def _call(run: Callable, calls: Calls, together: int, stacked: Any, begin: int):
+    """The rows from `begin` on of so many lanes together, in one call."""
+    first = begin + calls.share * np.arange(together)
+    counts, index = calls.counts(first), calls.padded(first).ravel()
+    with x64():
+        got = jax.device_get(run(counts, jax.tree.map(lambda x: x[index], stacked)))
+    kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
+    return jax.tree.map(lambda x: x[kept], got)
+
+
+def _many(one: Callable, loop: bool, n: Int[jax.Array, " lanes"], rows: Any, start: Any, shared):
     """The first n rows of stacked arrays. Kernel.
 
     loop: one after another, so that a solved one ends at once and its program never sees another;
@@ -147,4 +187,17 @@ def _many(one: Callable, loop: bool, n: Index, rows: Any, start: Any, shared: An
         got = one(*jax.tree.map(lambda x: x[i], (rows, start)), shared)
         return jax.tree.map(lambda whole, x: whole.at[i].set(x), out, got)
 
-    return jax.lax.fori_loop(0, n, step, out)
+    return jax.lax.fori_loop(0, n[0], step, out)
+
+
+_local = jax.jit(_many, static_argnums=(0, 1))
+
+
+@lru_cache
+def _sharded(one: Callable, loop: bool, mesh: jax.sharding.Mesh):
+    """The kernel on every device of a mesh, on its own rows: none waits for those of another."""
+    rows = jax.P(mesh.axis_names[0])
+    everywhere = jax.P()
+    specs = {"mesh": mesh, "in_specs": (rows, rows, rows, everywhere), "out_specs": rows}
+    # the checker of replication does not see through loops whose first state is a constant
+    return jax.jit(jax.shard_map(partial(_many, one, loop), **specs, check_vma=False))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
-from parc_jax.common.backend import ACCELERATOR, CPU, spread
+from parc_jax.common.backend import ACCELERATOR, CPU, Calls, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
@@ -276,9 +276,10 @@ def test_passes_cover_all_rounds_once_and_grow_fourfold(rounds):
         assert last == first and after == min(4 * first, rounds)
 
 
-@pytest.mark.parametrize("devices", [None, jax.devices() * 2])
-def test_every_scene_is_in_one_call_and_padding_is_left_out(devices):
-    how = replace(CPU, scenes=4)
-    rows = np.arange(10.0)
-    result = spread(lambda row, start, by: by * row + start, rows, -rows, 3.0, devices, how)
-    np.testing.assert_array_equal(result, 2 * rows)
+def test_every_scene_is_in_one_call_and_padding_repeats_one():
+    calls = Calls(n=10, size=4, lanes=2, share=3, loop=True)
+    first = np.arange(0, 10, 3)
+    np.testing.assert_array_equal(calls.counts(first), [3, 3, 3, 1])
+    rows = [row[:m] for row, m in zip(calls.padded(first), calls.counts(first), strict=True)]
+    np.testing.assert_array_equal(np.concatenate(rows), np.arange(10))
+    assert calls.padded(first).shape == (4, 4) and calls.padded(first).max() == 9

@@ -18,6 +18,7 @@ from scored import score_system  # noqa: E402
 from synthetic_plants import noisy, plant, straight_network  # noqa: E402
 from toy_models import random_model, rectangle_problem  # noqa: E402
 
+from parc_jax.common import backend  # noqa: E402
 from parc_jax.common.keys import Stage  # noqa: E402
 from parc_jax.learning.bound.tube import tube  # noqa: E402
 from parc_jax.learning.runs import collect  # noqa: E402
@@ -32,8 +33,8 @@ scores = score_system(
 rng = np.random.default_rng(2)
 model = random_model(rng, bins=(2, 2))
 problems = [rectangle_problem(rng, model) for _ in range(21)]
-devices = jax.devices() if jax.device_count() > 1 else None
-answer = Planner(model).solve_batch(problems, key, draws=256, devices=devices)
+mesh = backend.mesh() if jax.device_count() > 1 else None
+answer = Planner(model).solve_batch(problems, key, draws=256, mesh=mesh)
 np.savez(
     OUT,
     p=runs.p,
@@ -42,7 +43,7 @@ np.savez(
     rows=runs.rows,
     score=scores.score,
     worst=scores.worst,
-    found=answer.found,
+    found=answer.status.found,
     plans=answer.plans,
     clearance=answer.clearance,
     draws=answer.draws,

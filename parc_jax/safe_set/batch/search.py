@@ -1,6 +1,6 @@
 """Safe plans of hundreds to a million problems against one model, in a few compiled calls: scenes
-of one padded size share a program, run in a loop per core on CPU, vectorised on accelerators, of
-which there may be many. [T15]
+of one padded size share a program, run in a loop per core on CPU, vectorised on accelerators,
+sharded on a mesh. [T15]
 """
 
 import time
@@ -91,7 +91,7 @@ def search_batch(
     draws: int,
     numbers: ArrayLike | None,
     warm: Any,
-    devices: Sequence[jax.Device] | None,
+    mesh: jax.sharding.Mesh | None,
 ) -> tuple[Best, np.ndarray, float]:
     """The best safe plans of s nominal problems. Arguments as of `Planner.solve_batch`.
 
@@ -121,7 +121,7 @@ def search_batch(
         if warm is not None:
             start = jax.tree.map(lambda x, rows=rows: x[rows], best)
             known = scenes, numbers[rows], warm[rows]
-            put(rows, spread(rewarm, known, start, (about, warm_key), devices))
+            put(rows, spread(rewarm, known, start, (about, warm_key), mesh))
         # solved scenes leave, the others go on with fresh pools
         rounds = -(-draws // PROPOSED)
         for number, span in enumerate(passes(rounds)):
@@ -137,7 +137,7 @@ def search_batch(
             of = rows[left]
             part = jax.tree.map(lambda x, left=left: x[left], scenes), numbers[of]
             start = jax.tree.map(lambda x, of=of: x[of], best)
-            found, ran = spread(search, part, start, shared, devices)
+            found, ran = spread(search, part, start, shared, mesh)
             put(of, found)
             drawn[of] += ran * len(order)
     none = ~(best.clearance > 0)
