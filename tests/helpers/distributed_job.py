@@ -43,7 +43,7 @@ np.savez(
     rows=runs.rows,
     score=scores.score,
     worst=scores.worst,
-    found=answer.status.found,
+    found=answer.found,
     plans=answer.plans,
     clearance=answer.clearance,
     draws=answer.draws,
