@@ -24,6 +24,7 @@ from parc_jax.problem.robust.pose import from_here, pose_of
 from parc_jax.problem.robust.realisations import misses_circle, turn_by
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_fit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -239,6 +240,13 @@ def test_what_is_no_pose_is_refused(asked):
     flat = problem.replace(body=Polygon(np.zeros((1, 2))))
     with pytest.raises(InputError, match="at: expected a body that turns with the robot"):
         planner.solve(flat, KEY, SMALL, at=at)
+    flat = flat.replace(uncertainty=Uncertainty(heading=0.1))
+    sentence = "uncertainty heading: expected a body that turns with the robot"
+    for here in (None, at[:2]):
+        with pytest.raises(InputError, match=sentence):
+            planner.solve(flat, KEY, SMALL, at=here)
+    with pytest.raises(InputError, match=sentence):
+        require_fit(flat, model)
 
 
 @pytest.mark.night
