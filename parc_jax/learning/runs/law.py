@@ -181,6 +181,16 @@ def identity_of(system) -> dict:
     return identity
 
 
+def require_unit(label: str, unit: str) -> None:
+    """Raises InputError for a label that tells another unit."""
+    last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
+    if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
+        raise InputError(
+            f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
+            f"{label!r}. Tell the numbers and their label in {unit}."
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Subject:
     """Subject of runs, of a claim about them and its model. Build with `subject`, which validates.
@@ -205,12 +215,7 @@ class Subject:
         units = [(label, "m") for label in self.labels.p]
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
-            last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
-            if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
-                raise InputError(
-                    f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
-                    f"{label!r}. Tell the numbers and their label in {unit}."
-                )
+            require_unit(label, unit)
 
     @property
     def n_p(self) -> int:

@@ -1,5 +1,6 @@
 """Rollouts from files: .npz of `collect` or of others, and folders of CSV logs."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,11 +10,20 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, unit_of
+from parc_jax.learning.labels import Labels, name_of, unit_of
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.law import (
+    FITTED,
+    LEFT,
+    LOG,
+    OURS,
+    TO_ALL,
+    law_spec,
+    require_unit,
+    words_of,
+)
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
@@ -51,9 +61,9 @@ def load_rollouts(
     points: names of the m reference points; a table with a column per coordinate (CSV) has them
     point by point: x, y of the first, x, y of the second. Positions are made relative to
     where the first point of each run starts. rotation: declared behaviour of the heading, as of a
-    system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; they go before those of
-    the file. given: parameters that are measured at the start of a run and not chosen, by name or
-    number. Runs with NaN stay.
+    system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; where a file has its own,
+    the same, or with a unit where it has none. given: parameters that are measured at the start of
+    a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)
@@ -129,10 +139,33 @@ def _assemble(
     if isinstance(known := arrays.get("labels", {}), np.ndarray):
         raise InputError(f"{path}: expected no array named labels; got one. Say labels= instead.")
     read = {part: words for part, words in known.items() if words is not None}
-    if len(named) > 1:
-        read.pop("p", None)  # a name per coordinate of every point
-    about = about | {"labels": read | words_of(about["labels"])}
+    if len(named) > 1 and "p" in read:  # a name per coordinate of every point
+        _check_columns(path, read.pop("p"), named)
+    words = words_of(about["labels"])
+    for part in read.keys() & words.keys():
+        told = (words[part],) if isinstance(words[part], str) else words[part] or ()
+        for own, other in zip(read[part], map(str, told), strict=False):
+            if name_of(own) != name_of(other) or unit_of(own) not in ("", unit_of(other)):
+                raise InputError(
+                    f"{path}: expected labels of {part} like its columns, {', '.join(read[part])}, "
+                    f"or with a unit where they have none; got {other} for {own}."
+                )
+    about = about | {"labels": read | words}
     return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
+
+
+def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
+    """Refuse names of columns that are in no metres, or of another point. Raises InputError."""
+    words = {text: re.sub(r"[\W_]+", " ", f" {text.lower()} ") for text in (*columns, *points)}
+    for i, column in enumerate(columns):
+        own = points[i * len(points) // len(columns)]
+        said = [name for name in points if words[name] in words[column]]
+        if said and own != max(said, key=len):
+            raise InputError(
+                f"{path}: expected columns point by point in the order of points, "
+                f"{', '.join(points)}; got {column!r} for {own}."
+            )
+        require_unit(column, "m")
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
