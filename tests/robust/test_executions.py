@@ -330,17 +330,17 @@ def test_the_words_name_all_of_it():
         given={"load": 5, "wind": (1, 2), "grip": 0.123456789},
         unknown={0: (3, 4)},
     )
-    text = words(uncertainty, executions_of(uncertainty, model))
+    text = words(uncertainty, executions_of(uncertainty, model), named)
     for part in (
         "every start within ±0.1, ±0.2 m",
         "every heading within ±0.05 rad",
-        "every execution with angle off by up to 0.5;",
-        "every goal moved by up to ±0.3",
+        "every execution with angle off by up to 0.5 rad;",
+        "every goal moved by up to ±0.3 m;",
         "every obstacle moved by an error of its set, which lies within -0.1 to 0.1, -0.1 to 0.1 m",
-        "every load within ±0.25 of 5 (measured, executed roughly)",
-        "every wind from 1 to 2 (measured)",
+        "every load within ±0.25 of 5 t (measured, executed roughly)",
+        "every wind from 1 to 2 m/s (measured)",
         "grip = 0.123456789 (measured)",
-        "every speed from 3 to 4 (unknown)",
+        "every speed from 3 to 4 m/s (unknown)",
     ):
         assert part in text
 

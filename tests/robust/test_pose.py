@@ -1,5 +1,6 @@
 """I am here: which k? Scenes seen from a pose, headings within an angle, sets in k alone."""
 
+import json
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -13,6 +14,7 @@ from uncertain import corners_and_inside
 
 import parc_jax as pj
 from benchmarks.neuralparc import Published
+from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
@@ -67,6 +69,22 @@ def test_which_goal_states_turn_with_the_robot_is_told_also_by_a_file(tmp_path):
         assert said in answer.choose().details()
         told_by_file = answer.save(tmp_path / "answer.json").read_text()
         assert told_by_file.count(said) >= 2  # the statement, and what the checker prints of it
+
+
+def test_errors_of_places_are_said_to_lie_along_the_axes_of_the_world(tmp_path):
+    """Though all else is told in the robot's frame: a box across is one along for who faces +y."""
+    model = told(line_model(4, 0.01), rotation=(TURNS,))
+    scene = reach_avoid(pj.box([-0.5, 0.2, -9], [0.5, 1, 9]), [], 0.05)
+    scene = scene.replace(uncertainty=Uncertainty(start=[0.2, 0.0], goal=0.01))
+    said = "goal moved by up to ±0.01 m, each along the axes of the world, not of the robot"
+    answer = Planner(model).solve(scene, KEY, SMALL, at=[0.0, 0.0, np.pi / 2])
+    assert said in answer.details() and said in answer.summary()
+    report = checker.check_answer(json.loads(answer.save(tmp_path / "a.json").read_text()))
+    assert any(said in line for line in report.said)
+    for known in (scene.uncertainty, Uncertainty(heading=0.01)):  # no axes but the world's, or none
+        at = [0.0, 0.0] if known.start else [0.0, 0.0, np.pi / 2]
+        asked = query(scene.replace(uncertainty=known), model, at).nominal()
+        assert "axes" not in asked.uncertainty.words
 
 
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])

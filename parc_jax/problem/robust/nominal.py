@@ -98,9 +98,10 @@ class Query:
                 require_rotation(model, "uncertainty heading", problem)
                 turn = turn_by(uncertainty.heading, model.rotation or ())
             problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
+        turned = pose is not None and pose.heading is not None
         if pose is not None:
             problem = from_here(problem, model, pose)
-            at = pose.place if pose.heading is None else np.zeros(model.n_p)
+            at = np.zeros(model.n_p) if turned else pose.place
         if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
             grown = any(uncertainty.obstacles) or (pose is not None and any(uncertainty.start))
@@ -129,7 +130,7 @@ class Query:
                 cache[key] = robust
             robust = cache[key]
             promise = Robustness(
-                words(uncertainty, executions),
+                words(uncertainty, executions, model.labels, turned),
                 uncertainty.sensing_eps,
                 (model.n_k, len(executions.chosen)),
                 float(model.domain.volume),
