@@ -339,6 +339,9 @@ def details(answer, drawn: str, polytopes: int) -> str:
     # in the words of the checker, which reads the same part
     starts = "any p0" if asked.pose is None else "one start"
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
+    numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(answer.model.labels.k))
+    where = f"{', '.join(answer.model.labels.p)} of reference point 0 at the start"
+    scene += f" Of a plan (p0, k), p0 is {where}; {numbers}."
     obstacles = about_obstacles(asked.problem, answer.model.time.n_steps)
     scene = " ".join(filter(None, [scene, about_points(asked.problem), obstacles]))
     if answer.status.found and uncertainty is not None:
