@@ -15,15 +15,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import replay, tally
-from parc_jax.app.study.report import (
-    METRICS,
-    VALIDATED_SET,
-    Studied,
-    asked_of,
-    eps_of,
-    facts_of,
-    final_error,
-)
+from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, eps_of, facts_of, final_error
 from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
@@ -147,7 +139,6 @@ def run_study(
         "replay": None if runs is None else tally(runs, study.repeats, study.bound.delta),
         "driven": None,
         "stages": watch.stages,
-        "asked": asked_of(answer, answer.model.claim.hash),
         "claim": model.claim.to_json(),
     }
     outcome = Studied(answer, runs, table, assumed, finish(out, metrics))

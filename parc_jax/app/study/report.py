@@ -187,6 +187,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "first_sample_cold_s": cover.timings["first_sample_s"] if cold_s is None else cold_s,
         "timings": cover.timings,
         "validated": None,
+        "asked": asked_of(answer, answer.model.claim.hash),
     }
     if tested is not None:
         # the share of all that is safe under its tube; the set is the coverage of it

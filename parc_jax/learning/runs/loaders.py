@@ -10,20 +10,11 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, name_of, unit_of
+from parc_jax.learning.labels import Labels, name_of, require_unit, unit_of
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import (
-    FITTED,
-    LEFT,
-    LOG,
-    OURS,
-    TO_ALL,
-    law_spec,
-    require_unit,
-    words_of,
-)
+from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
