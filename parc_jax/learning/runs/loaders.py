@@ -18,6 +18,8 @@ from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
+APART = 0.01  # [m] two points that are nearer to each other show no heading
+ASKEW = 0.5  # [rad] that runs begin with, in the median, and more is refused; a trailer may turn
 K_LAWS = ("logged", "uniform")
 
 
@@ -133,14 +135,14 @@ def _assemble(
     if len(named) > 1 and "p" in read:  # a name per coordinate of every point
         _check_columns(path, read.pop("p"), named)
     words = words_of(about["labels"])
-    for part in read.keys() & words.keys():
-        told = (words[part],) if isinstance(words[part], str) else words[part] or ()
-        for own, other in zip(read[part], map(str, told), strict=False):
-            if name_of(own) != name_of(other) or unit_of(own) not in ("", unit_of(other)):
-                raise InputError(
-                    f"{path}: expected labels of {part} like its columns, {', '.join(read[part])}, "
-                    f"or with a unit where they have none; got {other} for {own}."
-                )
+    for part, own in read.items():
+        told = words.get(part) or own
+        told = (told,) if isinstance(told, str) else tuple(map(str, told))
+        if not all(x in (y, name_of(y)) for x, y in zip(own, told, strict=False)):
+            raise InputError(
+                f"{path}: expected labels of {part} like its columns, {', '.join(own)}, or with a "
+                f"unit where they have none; got {', '.join(told)}."
+            )
     about = about | {"labels": read | words}
     return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
 
@@ -204,14 +206,27 @@ def recorded(
 
 
 def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
-    """Refuse headings beyond a turn that are not said to be in rad. Raises InputError."""
+    """Refuse headings beyond a turn that are not said to be in rad, and those at the end by which
+    runs of several points do not begin with heading 0. Raises InputError.
+    """
+    runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
-        largest = np.abs(q[np.isfinite(q)]).max(initial=0.0)
+        largest = np.abs(q).max(initial=0.0)
         if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
                 f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
             )
+        if word == TURNS and len(runs.points) > 1:
+            x, y = np.moveaxis(runs.p[:, [0, -1], 2:4] - runs.p[:, [0, -1], :2], 2, 0)
+            turn = np.exp(1j * (q - np.diff(np.arctan2(y, x))[:, 0]))
+            off = np.abs(np.angle(turn[(np.hypot(x, y) >= APART).all(axis=1)]))
+            if len(off) and np.median(off) > ASKEW:
+                raise InputError(
+                    f"{owner}: expected runs that begin with heading 0, along x; by "
+                    f"{' and '.join(runs.points[:2])} they begin with {np.median(off):.3g} rad, in "
+                    "the median. Turn each run by its heading then, and take that off its q."
+                )
 
 
 def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:

@@ -16,7 +16,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import rounding_bound
-from parc_jax.learning.runs.law import Subject
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import Problem
@@ -57,9 +56,7 @@ def pose_of(at, model: TrajectoryModel) -> Pose:
     return Pose(values[:2], float(values[2]))
 
 
-def require_rotation(
-    model: TrajectoryModel | Subject, what: str, problem: Problem | None = None
-) -> None:
+def require_rotation(model: TrajectoryModel, what: str, problem: Problem | None = None) -> None:
     """Raises InputError for a model whose system does not declare rotation invariance, and for a
     problem with a body that does not turn.
     """
