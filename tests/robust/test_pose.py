@@ -15,6 +15,7 @@ from uncertain import corners_and_inside
 import parc_jax as pj
 from benchmarks.neuralparc import Published
 from parc_jax import checker
+from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
@@ -79,6 +80,7 @@ def test_errors_of_places_are_said_to_lie_along_the_axes_of_the_world(tmp_path):
     said = "goal moved by up to ±0.01 m, each along the axes of the world, not of the robot"
     answer = Planner(model).solve(scene, KEY, SMALL, at=[0.0, 0.0, np.pi / 2])
     assert said in answer.details() and said in answer.summary()
+    assert "For example: in the robot's frame, start at x = 0 m, y = 0 m" in verdict(answer, "a")
     report = checker.check_answer(json.loads(answer.save(tmp_path / "a.json").read_text()))
     assert any(said in line for line in report.said)
     for known in (scene.uncertainty, Uncertainty(heading=0.01)):  # no axes but the world's, or none
