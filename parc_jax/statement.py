@@ -354,8 +354,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
         counts = len(answer.samples), polytopes, len(answer.corridors)
-        plans = about_plans(*counts, answer.model.time.t_f, cover.proved)
-        lines = [f"(C) {plans} {scene}"]
+        lines = [f"(C) {about_plans(*counts, answer.model.time.t_f, cover.proved)} {scene}"]
         if cover.within is not None:
             sides = zip(*(side[-answer.model.n_k :] for side in cover.within.box), strict=True)
             box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)

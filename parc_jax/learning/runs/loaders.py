@@ -134,17 +134,16 @@ def _assemble(
     read = {part: words for part, words in known.items() if words is not None}
     if len(named) > 1 and "p" in read:  # a name per coordinate of every point
         _check_columns(path, read.pop("p"), named)
-    words = words_of(about["labels"])
+    about = about | {"labels": read | words_of(about["labels"])}
+    batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
     for part, own in read.items():
-        told = words.get(part) or own
-        told = (told,) if isinstance(told, str) else tuple(map(str, told))
+        told = getattr(batch.subject.labels, part)
         if not all(x in (y, name_of(y)) for x, y in zip(own, told, strict=False)):
             raise InputError(
                 f"{path}: expected labels of {part} like its columns, {', '.join(own)}, or with a "
                 f"unit where they have none; got {', '.join(told)}."
             )
-    about = about | {"labels": read | words}
-    return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
+    return batch
 
 
 def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
@@ -206,9 +205,7 @@ def recorded(
 
 
 def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
-    """Refuse headings beyond a turn that are not said to be in rad, and those at the end by which
-    runs of several points do not begin with heading 0. Raises InputError.
-    """
+    """Refuse headings that are seen not to be in rad, or not from 0 on. Raises InputError."""
     runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
         largest = np.abs(q).max(initial=0.0)

@@ -193,8 +193,7 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
     uncertainty it is, so one place of it, of those that its tube allows, tells of all, and one
     error of the edges, of those that all of them may have. [T41]
     """
-    known = problem.uncertainty or Uncertainty()
-    errors = known.of_obstacles(len(problem.obstacles))
+    errors = (problem.uncertainty or Uncertainty()).of_obstacles(len(problem.obstacles))
     owners = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
     if not owners:
         return

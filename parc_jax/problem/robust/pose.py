@@ -57,9 +57,7 @@ def pose_of(at, model: TrajectoryModel) -> Pose:
 
 
 def require_rotation(model: TrajectoryModel, what: str, problem: Problem | None = None) -> None:
-    """Raises InputError for a model whose system does not declare rotation invariance, and for a
-    problem with a body that does not turn.
-    """
+    """Raises InputError for a system that declares no rotation, and a body that does not turn."""
     if model.rotation is None or model.n_p != 2:
         raise InputError(
             f"{what}: expected a planar system that declares rotation invariance (`rotation`, a "

@@ -271,8 +271,8 @@ class Robustness(NamedTuple):
 def words(
     uncertainty: Uncertainty, executions: Executions, labels: Labels, turned: bool = False
 ) -> str:
-    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ...".
-    turned: the answer is told in the frame of a robot with a heading.
+    """The realisations that an answer withstands: "every start within ±0.05, ±0.05 m of ...".
+    turned: it is told in a frame that turns with the robot.
     """
     chosen = [p for p in executions.parameters if p.source is None and p.off]
     off = ", ".join(f"{p.name} off by up to {exact(p.off)} {p.unit}".rstrip() for p in chosen)
