@@ -195,8 +195,7 @@ class Planner:
         if not isinstance(problem, Problem):
             how = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
             raise InputError(expected("Planner", "a problem", problem, how))
-        nominal = query(problem, self.model, at).nominal(self._robust_models)
-        return Prepared(pruned_scene(nominal))
+        return Prepared(pruned_scene(query(problem, self.model, at).nominal(self._robust_models)))
 
     def warm_up(
         self, problem: Problem, settings: Settings | None = None, *, at=None, proof: bool = False
@@ -209,8 +208,7 @@ class Planner:
         """
         settings = _settings("warm_up", settings)
         cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
-        apart = stream(key_of(0), Stage.SEARCH)
-        return self.prepare(problem, at=at).solve(apart, cold)
+        return self.prepare(problem, at=at).solve(stream(key_of(0), Stage.SEARCH), cold)
 
     def solve_batch(
         self,

@@ -13,7 +13,7 @@ from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.system import TURNS
+from parc_jax.learning.system import TURNS, TimeGrid
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.proof.certificate.write import problem_part
@@ -55,13 +55,13 @@ def about_plans(samples: int, polytopes: int, corridors: int, t_f: float, proved
     )
 
 
-def about_obstacles(problem: Problem, steps: int) -> str:
-    """What obstacles rest on: how many exist for some intervals of a plan of so many steps alone,
-    and when such a plan has to begin; empty for nothing.
+def about_obstacles(problem: Problem, time: TimeGrid) -> str:
+    """What obstacles rest on: how many exist for some intervals of a plan alone, and when such a
+    plan has to begin; empty for nothing.
     """
     told, of = [x for x in problem.all_spans if x is not None], len(problem.obstacles)
     # what is told of for a whole plan is told of for that of its moment alone
-    some = sum(tuple(x) != (0, steps - 1) or x.at is not None for x in told)
+    some = sum(tuple(x) != (0, time.n_steps - 1) or x.at is not None for x in told)
     rests = about_said(problem.rests_on)
     if not some:
         return rests
@@ -69,7 +69,8 @@ def about_obstacles(problem: Problem, steps: int) -> str:
     begins = f" that begins at {moments[0]!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
-        f"intervals of a plan{begins} alone: nothing is said of them at other times. {rests}"
+        f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} alone: nothing "
+        f"is said of them at other times. {rests}"
     ).rstrip()
 
 
@@ -83,7 +84,7 @@ def about_points(problem: Problem) -> str:
 def resting_on(asked: NominalProblem) -> list[str]:
     """What a question rests on, for the remark of its file."""
     told = [about_points(asked.problem)]
-    told += [about_obstacles(asked.problem, asked.model.time.n_steps)]
+    told += [about_obstacles(asked.problem, asked.model.time)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
     told += [] if asked.pose is None else [about_pose(asked.pose, (asked.query or asked).model)]
     return [text for text in told if text]
@@ -317,7 +318,7 @@ def summary(answer, drawn: str) -> str:
         if not answer.model.claim.tube.claimed.all():
             none = answer.model.claim.premises["open bins"]
             lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
-    if obstacles := about_obstacles(asked.problem, answer.model.time.n_steps):
+    if obstacles := about_obstacles(asked.problem, answer.model.time):
         lines.append(obstacles)
     if cover.ended is not None:
         lines.append(cover.ended.sentence)
@@ -348,7 +349,10 @@ def details(answer, drawn: str, polytopes: int) -> str:
     # in the words of the checker, which reads the same part
     starts = "any p0" if asked.pose is None else "one start"
     scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
-    obstacles = about_obstacles(asked.problem, answer.model.time.n_steps)
+    numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(answer.model.labels.k))
+    where = f"{', '.join(answer.model.labels.p)} of reference point 0 at the start"
+    scene += f" Of a plan (p0, k), p0 is {where}; {numbers}."
+    obstacles = about_obstacles(asked.problem, answer.model.time)
     scene = " ".join(filter(None, [scene, about_points(asked.problem), obstacles]))
     if answer.status.found and uncertainty is not None:
         tube.append(
@@ -359,8 +363,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     tube.append(f"({'V' if claim.kind == VALIDATED else 'E'}) {claim.details()}")
     if answer.status.found:
         counts = len(answer.samples), polytopes, len(answer.corridors)
-        plans = about_plans(*counts, answer.model.time.t_f, cover.proved)
-        lines = [f"(C) {plans} {scene}"]
+        lines = [f"(C) {about_plans(*counts, answer.model.time.t_f, cover.proved)} {scene}"]
         if cover.within is not None:
             sides = zip(*(side[-answer.model.n_k :] for side in cover.within.box), strict=True)
             box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)

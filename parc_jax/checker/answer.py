@@ -163,6 +163,8 @@ def summary(report):
         )
         yield "  of the (p0, k) whose first point ends in the file's box z, whatever else"
         yield f"    the goal asks, by volume: {listed}"
+    if not any([*(getattr(report, part) for part in LISTS), report.no_plan]):
+        yield "  nothing: the file holds no plan, and no proof of none"
     yield f"It is of {report.scene}."
     for text in report.said:
         yield f"  The file says of it, unchecked: {text}"

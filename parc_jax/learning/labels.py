@@ -1,6 +1,7 @@
 """Names of coordinates, for pictures, page, films and messages. No verdict reads them."""
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from numbers import Integral
 from typing import NamedTuple
@@ -9,6 +10,7 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
+OTHER_UNITS = ("mm", "cm", "km", "ft", "deg", "degrees", "°")  # at a label's end, in any brackets
 PARTS = ("p", "q", "k")
 
 
@@ -88,6 +90,16 @@ def name_of(label: str) -> str:
 def unit_of(label: str) -> str:
     """The unit in the label's brackets, or nothing."""
     return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
+
+
+def require_unit(label: str, unit: str) -> None:
+    """Raises InputError for a label that tells another unit."""
+    last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
+    if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
+        raise InputError(
+            f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
+            f"{label!r}. Tell the numbers and their label in {unit}."
+        )
 
 
 def axes_of(words: Iterable, labels: Sequence[str]) -> tuple[int, ...] | None:

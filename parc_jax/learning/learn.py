@@ -115,8 +115,7 @@ def learn(
     path: a folder for finished chunks of rollouts, from which a killed call continues. quiet: no
     bars. Returns the model. Raises InputError, also for a start that matters more than `gap`.
     """
-    default = Learning() if prior is None else WITH_PRIOR
-    settings = (settings or default).replace(**options)
+    settings = (settings or (Learning() if prior is None else WITH_PRIOR)).replace(**options)
     for name, asked in (("plant", settings.plant), ("body", settings.body)):
         if asked not in (None, getattr(source, name, None)):
             raise InputError(

@@ -73,6 +73,13 @@ def test_boxes_are_told():
     assert "boxes of doubt" not in "\n".join(checker.summary(checker.check_answer(known.plain())))
 
 
+def test_a_file_that_claims_nothing_proves_nothing():
+    """Its words ended in a colon, as if what was proved had been left out."""
+    plain, words = known.plain(), "  nothing: the file holds no plan, and no proof of none"
+    assert words not in checker.summary(checker.check_answer(plain))
+    assert words in checker.summary(checker.check_answer(plain | {"samples": [], "sets": []}))
+
+
 def long_and_wide(top, T=500, neurons=30):
     """A box over all of K of a robot on a line with many knots, above an obstacle: hundreds of
     cells, and T outputs at each of their vertices. It may start 1 below zero, and goes up only.

@@ -29,6 +29,7 @@ from parc_jax.learning.bound.start_gap import (
 )
 from parc_jax.learning.learn import learn
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import TURNS, Trajectory
 from parc_jax.learning.systems.chained import chained
 
@@ -92,6 +93,10 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
         assert inside_tube(wider, net, moved).all()
     still = calibrate(net, replace(batch, rotation=None), profile, eps=0.1, delta=0.1, discard=0)
     assert "ROTATION_INVARIANCE" not in " ".join(still.assumptions)
+    logged = replace(batch, law=law_spec("file:log.npz", batch.domain, "logged"))
+    logged = calibrate(net, logged, profile, eps=0.1, delta=0.1, discard=0)
+    assert "BEGINS_WITH_HEADING_0" in logged.assumptions  # no run shows it, where one point is seen
+    assert "BEGINS_WITH_HEADING_0" not in claim.assumptions
     once = allow_for_start(still, StartTrial(0.02, None)).tube
     np.testing.assert_allclose(wider.tube.interval - once.interval, 0.02, atol=1e-12)
     assert (wider.tube.final >= once.final + 0.02 - 1e-12).all()

@@ -73,6 +73,21 @@ def test_a_header_says_whose_heading_its_plans_start_with(tmp_path):
     assert "All plans start with the heading of the model's runs." in text
 
 
+def test_a_header_says_which_k_is_which_and_its_unit(tmp_path):
+    """Also where a measured one is no parameter of its plans any more: K was without names."""
+    named = line_model(e=0.02).with_labels({"k": ("speed [m/s]", "turn [rad/s]")})
+    problem = pj.reach_avoid(pj.box([0.4, -0.3, -9.0], [0.9, 0.3, 9.0]), [], 0.05)
+    known = pj.Uncertainty(given={"speed": 0.6})
+    for asked, said in (
+        (problem, "k[0] is speed [m/s], k[1] is turn [rad/s]."),
+        (problem.replace(uncertainty=known), "k[0] is turn [rad/s]."),
+    ):
+        answer = pj.Planner(named).solve(asked, jax.random.key(0), pj.Settings(proof=False))
+        text = pj.exchange.write_c(answer, tmp_path / "line.h").read_text().replace("\n *", "")
+        for words in (answer.details(), text):
+            assert f"p0 is x [m], y [m] of reference point 0 at the start; {said}" in words
+
+
 @needs_compiler
 @pytest.mark.night
 @pytest.mark.parametrize(("n_p", "fitted"), [(2, False), (2, True), (3, False), (3, True)])

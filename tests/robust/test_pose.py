@@ -1,5 +1,6 @@
 """I am here: which k? Scenes seen from a pose, headings within an angle, sets in k alone."""
 
+import json
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -13,6 +14,8 @@ from uncertain import corners_and_inside
 
 import parc_jax as pj
 from benchmarks.neuralparc import Published
+from parc_jax import checker
+from parc_jax.app.cli.scene import verdict
 from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import outputs, relu_network
 from parc_jax.learning.system import STAYS, TURNS, rotation_of
@@ -24,6 +27,7 @@ from parc_jax.problem.robust.pose import from_here, pose_of
 from parc_jax.problem.robust.realisations import misses_circle, turn_by
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_fit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 
@@ -82,9 +86,9 @@ def test_a_robust_question_says_what_turns_and_which_goal_states_are_exact():
         own = "within ±0.1 rad of the one asked about." if at else f"{of_runs}, with its yaw."
         assert f"every heading {own}" in said(TURNS, at, heading=0.1)
     assert f"every heading {of_runs}." in said(STAYS, heading=0.1)
-    exact = "every goal moved by up to ±0.02 in place, its yaw exactly as told."
+    exact = "every goal moved by up to ±0.02 m in place, its yaw exactly as told."
     assert exact in said(TURNS, goal=0.02)
-    assert "every goal moved by up to ±0.02, ±0.02, ±0.1." in said(TURNS, goal=[0.02, 0.02, 0.1])
+    assert "every goal moved by up to ±0.02 m, ±0.02 m, ±0.1 rad." in said(TURNS, goal=[0.02, 0.02, 0.1])
 
 
 def test_copied_goal_states_are_named_by_their_execution(tmp_path):
@@ -98,6 +102,23 @@ def test_copied_goal_states_are_named_by_their_execution(tmp_path):
     own = "and of its goal states yaw, is declared by the system."
     for said in (answer.details(), answer.summary(), answer.save(tmp_path / "a.json").read_text()):
         assert own in said and "yaw 0" not in said
+
+
+def test_errors_of_places_are_said_to_lie_along_the_axes_of_the_world(tmp_path):
+    """Though all else is told in the robot's frame: a box across is one along for who faces +y."""
+    model = told(line_model(4, 0.01), rotation=(TURNS,))
+    scene = reach_avoid(pj.box([-0.5, 0.2, -9], [0.5, 1, 9]), [], 0.05)
+    scene = scene.replace(uncertainty=Uncertainty(start=[0.2, 0.0], goal=0.01))
+    said = "exactly as told, errors of place along the axes of the world, not of the robot"
+    answer = Planner(model).solve(scene, KEY, SMALL, at=[0.0, 0.0, np.pi / 2])
+    assert said in answer.details() and said in answer.summary()
+    assert "For example: in the robot's frame, start at x = 0 m, y = 0 m" in verdict(answer, "a")
+    report = checker.check_answer(json.loads(answer.save(tmp_path / "a.json").read_text()))
+    assert any(said in line for line in report.said)
+    for known in (scene.uncertainty, Uncertainty(heading=0.01)):  # no axes but the world's, or none
+        at = [0.0, 0.0] if known.start else [0.0, 0.0, np.pi / 2]
+        asked = query(scene.replace(uncertainty=known), model, at).nominal()
+        assert "axes" not in asked.uncertainty.words
 
 
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
@@ -271,6 +292,13 @@ def test_what_is_no_pose_is_refused(asked):
     flat = problem.replace(body=Polygon(np.zeros((1, 2))))
     with pytest.raises(InputError, match="at: expected a body that turns with the robot"):
         planner.solve(flat, KEY, SMALL, at=at)
+    flat = flat.replace(uncertainty=Uncertainty(heading=0.1))
+    sentence = "uncertainty heading: expected a body that turns with the robot"
+    for here in (None, at[:2]):
+        with pytest.raises(InputError, match=sentence):
+            planner.solve(flat, KEY, SMALL, at=here)
+    with pytest.raises(InputError, match=sentence):
+        require_fit(flat, model)
 
 
 @pytest.mark.night

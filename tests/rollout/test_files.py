@@ -1,5 +1,6 @@
 """Files in and out: whole or absent, and clear about what is wrong."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 
 import jax
@@ -116,7 +117,7 @@ def test_files_are_paired_with_rows_in_one_order_only(batch, tmp_path):
 
 
 def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
-    """As NumPy or a spreadsheet writes them; what is given goes before."""
+    """As NumPy or a spreadsheet writes them; what is given may add units, and nothing else."""
     (tmp_path / "p").mkdir()
     head = {"comments": "", "delimiter": ","}
     np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed [m/s],angle [rad]")
@@ -126,8 +127,12 @@ def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
     names = (("east [m]", "north [m]"), ("heading [rad]",), ("speed [m/s]", "angle [rad]"))
     assert load_rollouts(tmp_path, GRID).labels == names
     assert load_rollouts(tmp_path, GRID).subject.labels.heading == 0
-    given = load_rollouts(tmp_path, GRID, labels={"k": ("a", "b")}).labels
-    assert given == (*names[:2], ("a", "b"))
+    for k in (("a [m/s]", "angle [rad]"), ("speed [km/h]", "angle [rad]"), ("angle", "speed")):
+        with pytest.raises(InputError, match=f"like its columns, speed .*got {re.escape(k[0])}, "):
+            load_rollouts(tmp_path, GRID, labels={"k": k})
+    np.savetxt(tmp_path / "q.csv", batch.q, header="heading", **head)
+    given = {"q": "heading [rad]", "k": names[2]}  # the file says no unit, or the same
+    assert load_rollouts(tmp_path, GRID, labels=given).labels == names
     with pytest.raises(InputError, match=r"the rank correlation of speed \[m/s\] and angle"):
         k = np.sort(batch.k, axis=0)
         np.savetxt(tmp_path / "k.csv", k, delimiter=",", header="speed [m/s],angle [rad]")
@@ -135,6 +140,31 @@ def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
     np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed")
     with pytest.raises(InputError, match=r"k\.csv: expected a first line .* 2 columns; got 1 name"):
         load_rollouts(tmp_path, GRID)
+
+
+def test_columns_of_several_points_are_theirs_and_in_metres(batch, tmp_path):
+    """Millimetres were read as metres, and the points of a robot taken for each other."""
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",")
+    both, points = np.concatenate([batch.p, batch.p], axis=2), ("front", "front left")
+
+    def load(header):
+        for i, track in enumerate(both):
+            name = tmp_path / "p" / f"{i:03d}.csv"
+            np.savetxt(name, track, header=header, comments="", delimiter=",")
+        return load_rollouts(tmp_path, GRID, points=points)
+
+    runs = load("front x [m],front y [m],Front left x [m],Front left y [m]")
+    assert runs.points == points and runs.subject.labels.p == ("x [m]", "y [m]")
+    assert load("x,y,left_x,left_y").points == points
+    for header, sentence in (
+        ("front x [m],front y [m],front left x [mm],front left y [mm]", "front left x in .m."),
+        ("front x (mm),front y (mm),front left x (mm),front left y (mm)", r"front x \(mm\) in .m."),
+        ("front_left_x,front_left_y,front_x,front_y", "front left; got 'front_left_x' for front"),
+        ("front x,front left x,front y,front left y", "front left; got 'front left x' for front"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            load(header)
 
 
 @pytest.mark.parametrize("head", ["y,x", ""])
@@ -206,6 +236,24 @@ def test_arguments_that_contradict_the_file_are_refused(batch, tmp_path):
     for name, other in {"groups": np.arange(batch.n), "points": ("nose", "tail")}.items():
         with pytest.raises(InputError, match=f"expected no {name}=, or those of the file"):
             load_rollouts(path, GRID, **{name: other})
+
+
+def test_a_log_whose_points_begin_with_another_heading_is_refused(batch, tmp_path):
+    """Told in a map's frame: a model of it would be of runs that begin along x."""
+    turn = np.linspace(0, 1, batch.p.shape[1]) * batch.k[:, 1:]  # of the body, from its begin on
+
+    def load(begin, far=0.4):
+        angle = turn + begin
+        across = far * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        p = np.stack([batch.p, batch.p + across], axis=2)
+        np.savez(tmp_path / "log.npz", k=batch.k, p=p, q=angle[:, -1:])
+        about = {"points": ("rear", "front"), "rotation": ("turns",)}
+        return load_rollouts(tmp_path / "log.npz", GRID, **about)
+
+    assert load(0.0).rotation == load(0.1).rotation == load(2.0, far=1e-4).rotation == ("turns",)
+    for begin, said in ((np.pi / 2, "1.57 rad"), (np.linspace(0, 5, batch.n)[:, None], " rad")):
+        with pytest.raises(InputError, match=f"by rear and front they begin with .*{said}"):
+            load(begin)
 
 
 def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):

@@ -1,21 +1,28 @@
 """The main job end to end on a toy system: files, exit codes, output modes."""
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
+import parc_jax as pj
 from parc_jax import checker
 from parc_jax.app.cli import main
 from parc_jax.app.cli.process import COMPILING, SEARCHING
+from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.report import explained
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import measure, pipeline
 from parc_jax.learning.bound.counts import required_runs
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
 from parc_jax.learning.model import load
+
+KEY = jax.random.PRNGKey(0)
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
@@ -66,6 +73,22 @@ def test_metrics_tell_what_was_claimed_and_replayed(finished):
         assert seen["every_plan_at_most"] == pytest.approx(1 - 0.005 ** (1 / 20), rel=1e-6)
     model = load(out / "model.npz", "cart")
     assert model.claim.bin_eps is not None and model.tube.claimed.all()
+
+
+def test_a_plan_of_another_scene_is_not_explained_beside_an_answer(finished, tmp_path):
+    out, _ = finished
+    folder = shutil.copytree(out, tmp_path / "cart")
+    metrics = json.loads((folder / "metrics.json").read_text())
+    written = json.dumps(metrics | {"driven": {"statement": "(D) This very plan ..."}})
+    (folder / "metrics.json").write_text(written)
+    assert "which nothing checks:\n(D) This very plan" in explained(folder)
+    problem, planner = load_answer(out / "answer.json").problem, pj.Planner(load(out / "model.npz"))
+    few = pj.Settings(samples=2)
+    planner.solve(problem, KEY, few).save(folder / "answer.json")
+    assert "(D)" in explained(folder)
+    planner.solve(problem.replace(obstacles=()), KEY, few).save(folder / "answer.json")
+    with pytest.raises(InputError, match=r"metrics\.json: expected numbers of the claim, problem"):
+        explained(folder)
 
 
 def test_the_fresh_runs_are_enough_for_every_bin(finished):

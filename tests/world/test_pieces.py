@@ -96,6 +96,10 @@ def test_geojson_and_lines_are_read():
             {"type": "Polygon", "crs": {"properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}},
             "expected metres; got a crs in degrees",
         ),
+        (
+            {"type": "Polygon", "crs": {"properties": {"name": "EPSG:4258"}}},
+            "expected metres; got a crs in degrees",
+        ),
         ({"type": "FeatureCollection", "features": []}, "expected at least one polygon or line"),
         ([[0, 0], [1e6, 0], [0, 1]], "coordinates up to 100000 m"),
     ],

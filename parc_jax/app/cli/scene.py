@@ -88,7 +88,9 @@ def verdict(answer: Answer, path: Path, short: bool = False) -> str:
         one = None if len(answer.samples) else answer.corridors[0]
         plan = answer.samples[0] if one is None else np.concatenate([one.p0, one.k])
         where, how = _named(plan[:n_p], names.p), _named(plan[n_p:], names.k)
-        lines.append(f"For example: start at {where}, with {how}.")
+        pose = answer.scene.nominal.pose
+        turned = "in the robot's frame, " * (pose is not None and pose.heading is not None)
+        lines.append(f"For example: {turned}start at {where}, with {how}.")
     if not short:
         lines.append(f"All sentences: parc-jax explain {path}; check: parc-jax check {path}")
     return "\n".join(lines)

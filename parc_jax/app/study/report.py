@@ -10,6 +10,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
@@ -67,6 +68,12 @@ def in_the_way(answer: Answer, words: str = "") -> list[str]:
     return [line for line in answer.why().sentences if line[1:] not in words]
 
 
+def asked_of(answer: Answer, claim: str | None) -> str:
+    """SHA-256 of the problem of an answer, the pose of its robot and the hash of a claim."""
+    pose = str(answer.scene.nominal.pose)
+    return hash_of([claim, pose, problem_part(answer.problem, answer.model)])
+
+
 def explained(place: Path) -> str:
     """All sentences of a saved answer, which is checked anew; of a study's folder also those of its
     validated set, and in the study's own words those of the plan to drive and the times of its
@@ -74,13 +81,10 @@ def explained(place: Path) -> str:
     """
     folder = place.is_dir()
     answer = load_answer(place / "answer.json" if folder else place)
-    lines = [answer.details()]
+    lines, asked = [answer.details()], asked_of(answer, answer.model.claim.hash)
     if folder and (place / VALIDATED_SET).is_file():
         tested = load_answer(place / VALIDATED_SET)
-        of = answer.model.claim.hash, tested.model.claim.evidence.get("of")
-        poses = [str(one.scene.nominal.pose) for one in (answer, tested)]
-        scenes = [problem_part(one.problem, one.model) for one in (answer, tested)]
-        if not of[0] == of[1] or poses[0] != poses[1] or scenes[0] != scenes[1]:
+        if asked_of(tested, tested.model.claim.evidence.get("of")) != asked:
             raise InputError(
                 f"{place / VALIDATED_SET}: expected a set of the claim, problem and pose of "
                 "answer.json; got one of others. Explain each file by itself."
@@ -95,6 +99,11 @@ def explained(place: Path) -> str:
             f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
             for name, s in m["stages"].items()
         ]
+    if m.get("asked") != asked:
+        raise InputError(
+            f"{place / METRICS}: expected numbers of the claim, problem and pose of answer.json; "
+            "got those of others. Explain answer.json by itself."
+        )
     head = f"{'stage':<26}{'seconds':>9}{'of it compiling':>17}"
     words = "As the study wrote, which nothing checks:"
     return "\n".join([*lines, "", words, *driven, head, *stages])
@@ -178,6 +187,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "first_sample_cold_s": cover.timings["first_sample_s"] if cold_s is None else cold_s,
         "timings": cover.timings,
         "validated": None,
+        "asked": asked_of(answer, answer.model.claim.hash),
     }
     if tested is not None:
         # the share of all that is safe under its tube; the set is the coverage of it

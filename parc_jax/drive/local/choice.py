@@ -222,7 +222,7 @@ class Choice:
             about_pose(self.scene.nominal.pose, self.model),
             f"It is of {scene_of(problem_part(problem, self.model))}.",
             about_points(problem),
-            about_obstacles(problem, self.model.time.n_steps),
+            about_obstacles(problem, self.model.time),
             self.tested.details() if self.tested else f"This very plan: {unrun}",
             self.near.details() if self.near else "",
             self._about_box(),

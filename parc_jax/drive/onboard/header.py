@@ -154,8 +154,7 @@ def _table(kind: str, name: str, array) -> Iterator[str]:
     if not array.size:
         array = np.zeros([max(1, n) for n in array.shape], array.dtype)
     extent = "".join(f"[{n}]" for n in array.shape)
-    spell = float.hex if kind == "double" else str
-    *rows, last = _initialiser(array, spell)
+    *rows, last = _initialiser(array, float.hex if kind == "double" else str)
     yield f"static const {kind} {name}{extent} ="
     yield from rows
     yield f"{last.removesuffix(',')};"

@@ -88,8 +88,7 @@ def tables(answer: Answer) -> Tables:
     # how far out a plan can start that ends in the goal, rounded up
     moved = rounding_bound(model.net, model.domain).magnitude.max()
     far = SAFETY * (np.maximum(np.abs(scene.z_lo), np.abs(scene.z_hi)) + moved)
-    at_end = model.tube.final_errors
-    lost_at_end = np.stack([at_end.support(row) for row in goal_A], axis=1)
+    lost_at_end = np.stack([model.tube.final_errors.support(row) for row in goal_A], axis=1)
     start_A, start_b = _real_rows(scene.start_A, scene.start_b, scene)
     some = np.unique(np.concatenate([k, *([c.k] for c in corridors)]), axis=0)
     ends = paths_of(model, np.zeros((len(some), model.n_p)), some)[:, -1, : model.n_p]

@@ -29,7 +29,7 @@ from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import Subject
+from parc_jax.learning.runs.law import LOG, Subject
 
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
@@ -241,11 +241,13 @@ def about_left_out(gone: int) -> list[str]:
 def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
     """Assumptions of every sentence about runs. lost: (n,) as of `Scores`. gone: rows left out."""
     names = [name_of(about.labels.k[axis]) for axis in about.given]
+    logged = about.rotation is not None and about.system.startswith(LOG)
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
         *about_left_out(gone),
         *invariances(about.rotation),
+        *["BEGINS_WITH_HEADING_0"] * logged,
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
         between,

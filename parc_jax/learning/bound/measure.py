@@ -48,8 +48,7 @@ class Errors(NamedTuple):
 def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = CHUNK) -> Errors:
     """Errors of all runs of the batch against the float64 network, as NumPy. Raises InputError."""
     layout = layout_of(batch)
-    slack = allowance(net, batch.domain, layout)
-    kernel = partial(_errors_many, net, slack, layout=layout)
+    kernel = partial(_errors_many, net, allowance(net, batch.domain, layout), layout=layout)
     return map_rows(chunk_size(batch.n, chunk), kernel, batch.k, batch.p, batch.q)
 
 

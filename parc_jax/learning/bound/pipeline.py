@@ -173,8 +173,7 @@ def bound_errors(
             if settings.even:
                 profile = evened(net, profile, further)
     with watch("fresh rollouts"):
-        fresh = runs.fresh(fresh_runs(settings, profile, looks))
-        scores = scores_of(net, profile, fresh)
+        scores = scores_of(net, profile, runs.fresh(fresh_runs(settings, profile, looks)))
     settings = settings.replace(looks=looks)
     make = {"one": calibrate, "bins": calibrate_bins}
     with watch("claims"):

@@ -2,7 +2,6 @@
 system, K, time grid, reference points.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from itertools import chain
@@ -22,7 +21,7 @@ from parc_jax.learning.labels import (
     labels_of,
     name_of,
     plain_parts,
-    unit_of,
+    require_unit,
 )
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -48,7 +47,6 @@ GIVEN = "given "  # begins that of values
 LEFT = " left out"  # ends the number of windows that are no runs
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
-OTHER_UNITS = ("mm", "cm", "km", "ft", "deg", "degrees", "°")  # at a label's end, in any brackets
 STATED = ("system", "rotation", "given")  # of a subject, what a log does not state
 
 
@@ -205,12 +203,7 @@ class Subject:
         units = [(label, "m") for label in self.labels.p]
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
-            last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
-            if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
-                raise InputError(
-                    f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
-                    f"{label!r}. Tell the numbers and their label in {unit}."
-                )
+            require_unit(label, unit)
 
     @property
     def n_p(self) -> int:

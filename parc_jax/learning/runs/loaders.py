@@ -1,5 +1,6 @@
 """Rollouts from files: .npz of `collect` or of others, and folders of CSV logs."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, unit_of
+from parc_jax.learning.labels import Labels, name_of, require_unit, unit_of
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
@@ -17,6 +18,8 @@ from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
+APART = 0.01  # [m] two points that are nearer to each other show no heading
+ASKEW = 0.5  # [rad] that runs begin with, in the median, and more is refused; a trailer may turn
 K_LAWS = ("logged", "uniform")
 
 
@@ -51,9 +54,9 @@ def load_rollouts(
     points: names of the m reference points; a table with a column per coordinate (CSV) has them
     point by point: x, y of the first, x, y of the second. Positions are made relative to
     where the first point of each run starts. rotation: declared behaviour of the heading, as of a
-    system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; they go before those of
-    the file. given: parameters that are measured at the start of a run and not chosen, by name or
-    number. Runs with NaN stay.
+    system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; where a file has its own,
+    the same, or with a unit where it has none. given: parameters that are measured at the start of
+    a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)
@@ -129,10 +132,32 @@ def _assemble(
     if isinstance(known := arrays.get("labels", {}), np.ndarray):
         raise InputError(f"{path}: expected no array named labels; got one. Say labels= instead.")
     read = {part: words for part, words in known.items() if words is not None}
-    if len(named) > 1:
-        read.pop("p", None)  # a name per coordinate of every point
+    if len(named) > 1 and "p" in read:  # a name per coordinate of every point
+        _check_columns(path, read.pop("p"), named)
     about = about | {"labels": read | words_of(about["labels"])}
-    return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
+    batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
+    for part, own in read.items():
+        told = getattr(batch.subject.labels, part)
+        if not all(x in (y, name_of(y)) for x, y in zip(own, told, strict=False)):
+            raise InputError(
+                f"{path}: expected labels of {part} like its columns, {', '.join(own)}, or with a "
+                f"unit where they have none; got {', '.join(told)}."
+            )
+    return batch
+
+
+def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
+    """Refuse names of columns that are in no metres, or of another point. Raises InputError."""
+    words = {text: re.sub(r"[\W_]+", " ", f" {text.lower()} ") for text in (*columns, *points)}
+    for i, column in enumerate(columns):
+        own = points[i * len(points) // len(columns)]
+        said = [name for name in points if words[name] in words[column]]
+        if said and own != max(said, key=len):
+            raise InputError(
+                f"{path}: expected columns point by point in the order of points, "
+                f"{', '.join(points)}; got {column!r} for {own}."
+            )
+        require_unit(column, "m")
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
@@ -180,14 +205,25 @@ def recorded(
 
 
 def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
-    """Refuse headings beyond a turn that are not said to be in rad. Raises InputError."""
+    """Refuse headings that are seen not to be in rad, or not from 0 on. Raises InputError."""
+    runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
-        largest = np.abs(q[np.isfinite(q)]).max(initial=0.0)
+        largest = np.abs(q).max(initial=0.0)
         if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
                 f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
             )
+        if word == TURNS and len(runs.points) > 1:
+            x, y = np.moveaxis(runs.p[:, [0, -1], 2:4] - runs.p[:, [0, -1], :2], 2, 0)
+            turn = np.exp(1j * (q - np.diff(np.arctan2(y, x))[:, 0]))
+            off = np.abs(np.angle(turn[(np.hypot(x, y) >= APART).all(axis=1)]))
+            if len(off) and np.median(off) > ASKEW:
+                raise InputError(
+                    f"{owner}: expected runs that begin with heading 0, along x; by "
+                    f"{' and '.join(runs.points[:2])} they begin with {np.median(off):.3g} rad, in "
+                    "the median. Turn each run by its heading then, and take that off its q."
+                )
 
 
 def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:

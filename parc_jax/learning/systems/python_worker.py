@@ -44,8 +44,7 @@ def run_one(
                 f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
                 f"{q.shape}"
             )
-        start = p.reshape(-1, p.shape[-1])[0]  # of the first reference point
-        return Call(p - start, q, "")
+        return Call(p - p.reshape(-1, p.shape[-1])[0], q, "")  # from its first reference point
     except ImportError:
         raise
     except (Exception, SystemExit) as error:  # a run that ends its program has failed

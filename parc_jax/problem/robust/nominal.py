@@ -95,12 +95,13 @@ class Query:
             executions = executions_of(uncertainty, model)
             turn = Turn(np.eye(model.n_p)[None], 0.0, np.zeros(model.n_q))
             if uncertainty.heading:
-                require_rotation(model, "uncertainty heading")
+                require_rotation(model, "uncertainty heading", problem)
                 turn = turn_by(uncertainty.heading, model.rotation or ())
             problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
+        turned = pose is not None and pose.heading is not None
         if pose is not None:
             problem = from_here(problem, model, pose)
-            at = pose.place if pose.heading is None else np.zeros(model.n_p)
+            at = np.zeros(model.n_p) if turned else pose.place
         if uncertainty is not None:
             n_v, n_r = len(executions.corners), len(turn.maps)
             grown = any(uncertainty.obstacles) or (pose is not None and any(uncertainty.start))
@@ -129,7 +130,7 @@ class Query:
                 cache[key] = robust
             robust = cache[key]
             promise = Robustness(
-                words(uncertainty, executions, model, bool(pose and pose.heading is not None)),
+                words(uncertainty, executions, model, turned),
                 uncertainty.sensing_eps,
                 (model.n_k, len(executions.chosen)),
                 float(model.domain.volume),
@@ -192,8 +193,7 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
     uncertainty it is, so one place of it, of those that its tube allows, tells of all, and one
     error of the edges, of those that all of them may have. [T41]
     """
-    known = problem.uncertainty or Uncertainty()
-    errors = known.of_obstacles(len(problem.obstacles))
+    errors = (problem.uncertainty or Uncertainty()).of_obstacles(len(problem.obstacles))
     owners = {id(one.region): one for one in problem.obstacles if isinstance(one, Edge)}
     if not owners:
         return

@@ -18,7 +18,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, listed, rounded_up
-from parc_jax.learning.labels import axes_of, name_of
+from parc_jax.learning.labels import axes_of, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.problem import finite_box
@@ -37,6 +37,7 @@ class Parameter(NamedTuple):
     source: str | None
     value: Interval
     off: float
+    unit: str = ""
 
     @property
     def box(self) -> Interval:
@@ -48,12 +49,13 @@ class Parameter(NamedTuple):
     def words(self) -> str:
         """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
         (lo, hi), off = map(exact, self.value), exact(self.off)
+        values = f"{hi} {self.unit}".rstrip() if lo == hi else f"{lo} to {hi} {self.unit}".rstrip()
         if self.off:
-            values = lo if lo == hi else f"what is from {lo} to {hi}"
+            values = values if lo == hi else f"what is from {values}"
             return f"every {self.name} within ±{off} of {values} ({self.source}, executed roughly)"
         if lo == hi:
-            return f"{self.name} = {lo} ({self.source})"
-        return f"every {self.name} from {lo} to {hi} ({self.source})"
+            return f"{self.name} = {values} ({self.source})"
+        return f"every {self.name} from {values} ({self.source})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +129,8 @@ def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Execution
     for axis, name in enumerate(names):
         source = "measured" if axis in given else "unknown" if axis in unknown else None
         value = (given | unknown).get(axis, (0.0, 0.0))
-        parameters.append(Parameter(name, source, value, off.get(axis, 0.0)))
+        unit = unit_of(model.labels.k[axis])
+        parameters.append(Parameter(name, source, value, off.get(axis, 0.0), unit))
         _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
     if all(p.source for p in parameters):
         raise InputError("uncertainty: expected at least one parameter to choose; all are given.")
@@ -266,23 +269,24 @@ class Robustness(NamedTuple):
 
 
 def words(
-    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, headed: bool
+    uncertainty: Uncertainty, executions: Executions, model: TrajectoryModel, turned: bool = False
 ) -> str:
-    """The realisations that a robust answer holds for: "every start within ±0.05, ±0.05 m ...".
-    headed: the question has a heading.
+    """The realisations that an answer withstands: "every start within ±0.05, ±0.05 m of ...".
+    turned: the question has a heading, and is told in a frame that turns with the robot.
     """
     q = [name_of(label) for label in model.labels.q]
     chosen = [p for p in executions.parameters if p.source is None and p.off]
-    off = ", ".join(f"{p.name} off by up to {exact(p.off)}" for p in chosen)
-    asked = uncertainty.start, uncertainty.goal
-    start, goal = (", ".join(f"±{exact(w)}" for w in widths) for widths in asked)
+    off = ", ".join(f"{p.name} off by up to {exact(p.off)} {p.unit}".rstrip() for p in chosen)
+    start = ", ".join(f"±{exact(w)}" for w in uncertainty.start)
+    axes = zip(uncertainty.goal, map(unit_of, model.labels.goal), strict=False)
+    goal = ", ".join(f"±{exact(w)} {unit}".rstrip() for w, unit in axes)
     parts = []
     if any(uncertainty.start):
         parts.append(f"every start within {start} m of the one asked about")
     if uncertainty.heading:
         turn = [name for name, word in zip(q, model.rotation or (), strict=False) if word == TURNS]
         of = f"that of the model's runs, each turned about its start{', with its ' * bool(turn)}"
-        of = "the one asked about" if headed else of + ", ".join(turn)
+        of = "the one asked about" if turned else of + ", ".join(turn)
         parts.append(f"every heading within ±{exact(uncertainty.heading)} rad of {of}")
     parts += [f"every execution with {off}"] if off else []
     if any(uncertainty.goal):
@@ -297,6 +301,8 @@ def words(
             parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
     said = "; ".join(parts) or "everything exactly as it was told"
+    if turned and any([*uncertainty.start, *uncertainty.goal, *uncertainty.obstacles]):
+        said += ", errors of place along the axes of the world, not of the robot"
     if eps := uncertainty.sensing_eps:
         most = f"but for a probability of at most {rounded_up(eps)} each time"
         said += f", {most} that what is measured is off by more"

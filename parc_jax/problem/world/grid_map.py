@@ -201,8 +201,7 @@ def load_map(path: str | Path) -> GridMap:
     unknown = colours * 255 > 100 if mode == "raw" else np.round(colours * 255) == UNKNOWN
     _require_percent(str(path), 255 * colours.max(initial=0.0, where=~unknown))
     occupied = _occupied(colours, alpha, mode, bool(said["negate"]))
-    cells = (occupied < free)[::-1]
-    return grid_map(str(path), cells, said["resolution"], said["origin"], free)
+    return grid_map(str(path), (occupied < free)[::-1], said["resolution"], said["origin"], free)
 
 
 def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:

@@ -82,7 +82,7 @@ def _read(name: str, value: object, shapely: ModuleType):
         if len(corners) < 3:
             raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
         return shapely.Polygon(corners)
-    if any(word in str(value.get("crs")) for word in ("CRS84", "4326")):
+    if any(word in str(value.get("crs")) for word in ("CRS84", "4326", "4258", "4269")):
         raise InputError(f"{name}: expected metres; got a crs in degrees. Project it first.")
     features = value.get("features", [value])
     kinds = f"a GeoJSON geometry, feature or collection, not {value!r:.60}"
