@@ -209,13 +209,13 @@ def _body(data) -> Disc | Polygon | Body:
 
 
 def _placed(body: Disc | Polygon | Body, table, points: Sequence[str] | None) -> Body:
-    known = points or table
-    fits = isinstance(body, Body) and isinstance(table, dict) and not table.keys() - {*known}
+    fits = isinstance(body, Body) and isinstance(table, dict)
+    fits = fits and not table.keys() - {*(points or table)}
     found = {x: numbers_of(f"places {x}", at, 1) for x, at in (table if fits else {}).items()}
     if not fits or any(len(at) != 2 for at in found.values()):
         raise InputError(
             "places: expected a body of reference points, and x and y of some of them by name, as "
-            f"{{ {next(iter(known), 'nose')} = [0.2, 0.1] }}; got {table!s:.60}."
+            f"{{ {(points or ('nose',))[0]} = [0.2, 0.1] }}; got {table!s:.60}."
         )
     return Body(body.parts, tuple((name, *at.tolist()) for name, at in found.items()))
 

@@ -154,12 +154,14 @@ def test_the_risk_of_movers_is_part_of_what_is_said_of_a_loop(tmp_path):
 
 
 def test_how_far_the_frame_drifted_is_part_of_what_is_said_of_a_loop(tmp_path):
-    """The sum in the worst of the episodes, also of a folder."""
+    """The sum in the worst of the episodes, also of one that began anew, and of a folder."""
 
-    def drive(world, seed, drift=0.125):
+    def drive(world, seed, drift=0.125, again=False):
         loop, begun = loop_of(0.01), []
         loop.restart()
-        for at in (0.0, 0.5)[: 1 + (world > 0.5)]:
+        for at in (0.0, 0.5)[: 1 + (world > 0.5)] + (3.0,) * again:
+            if at == 3.0:
+                loop.restart()
             more = {"at": at, "drift": drift}
             begun.append(loop.step([0.0] * 2, [0.1], [], lambda x: x.path[:, -1, 0] ** 2, **more))
         return pj.drive.Outcome(False, False, {}, [step.committed for step in begun])
@@ -171,6 +173,7 @@ def test_how_far_the_frame_drifted_is_part_of_what_is_said_of_a_loop(tmp_path):
         "began. (E)" in said
     )
     assert asked(drive, 4, folder=tmp_path).details() == said
+    assert "drifted by 0.375 m where" in asked(partial(drive, again=True), 4).details()
     assert "drifted" not in asked(partial(drive, drift=0.0), 4).details()
 
 

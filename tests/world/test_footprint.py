@@ -108,12 +108,14 @@ def test_a_scene_file_has_the_places_of_a_footprint(kind, tmp_path):
         ("{ nose = [0.2] }", "a body of reference points, and x and y"),
         ("{ nose = 0.2 }", "places nose: expected a list of numbers"),
         ("[0.2, 0.1]", "a body of reference points, and x and y"),
+        ("5", "a body of reference points, and x and y"),
     ],
 )
 def test_places_that_are_none_are_refused(places, match, tmp_path):
     path = tmp_path / "scene.toml"
     body = '[goal]\nlo = [0, 0]\nhi = [1, 1]\n[body]\ndisc = "nose"\n'
-    path.write_text(f'points = ["nose"]\nplaces = {places}\n{body}')
+    named = 'points = ["nose"]\n' * (places != "5")  # also where no names are known
+    path.write_text(f"{named}places = {places}\n{body}")
     with pytest.raises(InputError, match=match):
         pj.exchange.load_problem(path)
 

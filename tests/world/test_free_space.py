@@ -371,13 +371,17 @@ def mapped():
         (lambda: scanned(noise=0.1).add(scanned()), MOST.replace("0.01 m", "0.01 to 0.1 m")),
         (
             lambda: scanned().drifted((0, 0, 0), (0.02, 0.01), 0.004).within((0, 0), 2.0),
-            f"{MOST}, the frame drifts by 0.02 m, it turns by 0.004 rad, in all by 0.02 m and "
-            "0.004 rad since the oldest of it was seen",
+            f"{MOST}, the frame drifts by 0.01 to 0.02 m, it turns by 0.004 rad, in all by 0.01 m "
+            "and 0.004 rad since the oldest of it was seen",
         ),
-        # their sum, rounded up; what was forgotten has no part in it
+        # beside what it is the sum of, no more than was allowed for; nothing of what was forgotten
         (lambda: remembered(3), DRIFTED.format("0.03 m and 0.006")),
         (lambda: remembered(3).forget().add(remembered(1)), DRIFTED.format("0.03 m and 0.006")),
-        (lambda: remembered(6), DRIFTED.format("0.06 m and 0.02")),
+        (lambda: remembered(6), DRIFTED.format("0.06 m and 0.01")),
+        (
+            lambda: remembered(3).add(free_place(SQUARE, 0.3)),
+            DRIFTED.format("0.03 m and 0.006") + ", 0.3 m around a body are seen to be free",
+        ),
         (
             lambda: off_again(remembered(3).forget().add(scanned()), 2).forget(),
             DRIFTED.format("0.02 m and 0.004"),

@@ -41,7 +41,7 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `most_and_often`, of so many manoeuvres. drifted: [m] the most that a loop was told of.
+    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of.
     """
 
     number: int
@@ -105,7 +105,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         under_way = {i: x for i, x in under_way.items() if x.episode or x.end > last}
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
         rests = most_and_often(one.asked.problem.rests_on for one in committed)
-        drifted = max((one.drifted for one in committed), default=0.0)
+        drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
         found = loops, least, told_then, *map(dict, rests), len(committed), drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:

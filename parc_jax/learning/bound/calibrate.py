@@ -233,9 +233,9 @@ def lost_among(lost: np.ndarray | None) -> dict:
     return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
 
 
-def about_left_out(gone: int) -> list[str]:
-    """The assumption about so many rows that were left out; none about none."""
-    return [f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"] * bool(gone)
+def about_left_out(gone: int, how: str = "") -> list[str]:
+    """The assumption about so many rows that were left out, how; none about none."""
+    return [f"LEFT_OUT({gone:,} of their log{how})"] * bool(gone)
 
 
 def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
@@ -245,7 +245,7 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0)
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
-        *about_left_out(gone),
+        *about_left_out(gone, ", by k alone or independent of the run"),
         *invariances(about.rotation),
         *["BEGINS_WITH_HEADING_0"] * logged,
         # the unmeasured part of the start has in use the law of the runs, given k [T37]

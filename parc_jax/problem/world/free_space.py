@@ -134,7 +134,7 @@ class FreeSpace:
     newer: what was seen since the last `forget`; None without one.
     memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
     bounds: the one number, or the least and the most, that were told of anything, as in BOUNDS.
-    drift: ([m], [rad]) the sum of all since the oldest of the region was seen.
+    drift: ([m], [rad]) sums since the oldest of the region was seen; of ellipses, of shorter axes.
     """
 
     region: Any
@@ -247,9 +247,9 @@ class FreeSpace:
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
         beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
-        off = max(along, across), turned
-        bounds = _ends(self.bounds, {"moved": off[:1], "turned": off[1:]})
-        drift = tuple(x + Fraction(exact(y)) for x, y in zip(self.drift, off, strict=True))
+        bounds = _ends(self.bounds, {"moved": (along, across), "turned": (turned,)})
+        least = min(along, across), turned
+        drift = tuple(x + Fraction(exact(y)) for x, y in zip(self.drift, least, strict=True))
         told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
         return replace(self, region=region, bounds=bounds, drift=drift, **told)
 
@@ -301,11 +301,11 @@ class FreeSpace:
         """
         pieces = thin_pieces(self._edges())
         told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
-        told = [words.format(told[x]) for x, words in BOUNDS.items() if x in told]
-        if any(self.drift):  # in few digits: few texts come of a loop
-            off, by = (rounded_up(x, 1) for x in self.drift)
-            told.append(f"in all by {off} m and {by} rad since the oldest of it was seen")
-        of = self.region, float(self.width), ", ".join(told)
+        told = {x: words.format(told[x]) for x, words in BOUNDS.items() if x in told}
+        if any(self.drift):  # no more than was allowed for; one digit: few texts come of a loop
+            off, by = (rounded_down(x, 1) for x in self.drift)
+            told["turned"] += f", in all by {off} m and {by} rad since the oldest of it was seen"
+        of = self.region, float(self.width), ", ".join(told.values())
         return tuple(Edge(one.A, one.b, *of) for one in pieces)
 
     def _edges(self) -> np.ndarray:
