@@ -207,8 +207,7 @@ class FreeSpace:
         shapely = package("shapely", CALL)
         (x, y), reach = place_of(place), at_least(f"{CALL} reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
-        told = (self.region, self.gone, self.standing)
-        parts = [_areas(one.intersection(square)) for one in told]
+        parts = [_areas(g.intersection(square)) for g in (self.region, self.gone, self.standing)]
         newer = self.newer and self.newer.within(place, reach)
         return replace(self, region=parts[0], gone=parts[1], standing=parts[2], newer=newer)
 
@@ -235,9 +234,9 @@ class FreeSpace:
         place = as_float64("place (x, y, heading)", place, (3,))
         region = _shifted(self.region, place, along, across)
         told = (self.region, self.gone, self.standing)
-        far = max(middle.hausdorff_distance(one) for one in told if one)
+        far = max(middle.hausdorff_distance(one.convex_hull) for one in told if one)
         if turned and not region.is_empty:
-            by = turned * middle.hausdorff_distance(region) + TOLERANCES.outline
+            by = turned * middle.hausdorff_distance(region.convex_hull) + TOLERANCES.outline
             region = shrunk(region, by, 0.0)
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
@@ -292,11 +291,10 @@ class FreeSpace:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
-        pieces = thin_pieces(self._edges())
         told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
         told = [words.format(told[x]) for x, words in BOUNDS.items() if x in told]
         of = self.region, float(self.width), ", ".join(told)
-        return tuple(Edge(one.A, one.b, *of) for one in pieces)
+        return tuple(Edge(one.A, one.b, *of) for one in thin_pieces(self._edges()))
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
@@ -399,8 +397,10 @@ def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tup
     """
     both = {x: {*one.get(x, ()), *other.get(x, ())} for x in {**one, **other}}
     short = {x: tuple(of) for x, of in both.items() if len(of) == 1 and len(exact(*of)) < 9}
-    ends = [(x, exact(min(of)), exact(max(of))) for x, of in both.items()]
-    return {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in ends} | short
+    ends = {x: (min(of), max(of)) for x, of in both.items() if x not in short}
+    new = [(x, exact(lo), exact(hi)) for x, (lo, hi) in ends.items() if one.get(x) != (lo, hi)]
+    ends |= {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in new}
+    return ends | short
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:
