@@ -150,7 +150,8 @@ def cast(poses, angles: np.ndarray, shapes: Shapes) -> np.ndarray:
     turned = np.abs(poses[:, 2] - poses[middle, 2]).max()
     ranges = np.full(n, np.inf)
     _cast_circles(ranges, poses, angles, shapes.circles, moved + walked, turned)
-    _cast_edges(ranges, poses, angles, shapes.edges, moved, turned)
+    if len(shapes.edges):
+        _cast_edges(ranges, poses, angles, shapes.edges, moved, turned)
     return ranges
 
 

@@ -33,16 +33,17 @@ ANY = np.finfo(float).max  # [m] the longest way, but for one through what stand
 
 
 class Window(NamedTuple):
-    """Of cells around a place: lo (2,) [m], the middle of the first; cost [m] from each, FAR where
-    it was not counted; is it at the goal; how much longer it counts as it was tried; ahead (..., 2)
-    [m] to where its way leads.
+    """Of cells around a place: lo (2,) [m], the middle of the first; rows and columns of the grid;
+    cost [m] from each, FAR where it was not counted; is it at the goal; how much longer it counts
+    as it was tried.
     """
 
     lo: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
     cost: np.ndarray
     goal: np.ndarray
     tried: np.ndarray
-    ahead: np.ndarray
 
 
 class Guidance:
@@ -136,8 +137,10 @@ class Guidance:
         """(...) [m] from places (..., 2) to the goal."""
         cells = self._cell(places)
         farther = (self._cost[cells] >= FAR) & np.isfinite(self._worth[cells])
-        if self._known < ANY and farther.any():
-            self._count(ANY)
+        for limit in (self._known + MORE, ANY):
+            if self._known < limit and farther.any():
+                self._count(limit)
+                farther = farther & (self._cost[cells] >= FAR)
         return self._cost[cells]
 
     def _cell(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,7 +148,7 @@ class Guidance:
         cell = 1 + np.clip(cell, 0, np.array(self._shape) - 1)
         return cell[..., 0], cell[..., 1]
 
-    def _ahead(self, cells: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    def ahead(self, cells: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         """(n, 2) [m] from cells to where their ways lead, AHEAD cells on."""
         cost, goal = self._cost.ravel(), self._goal.ravel()
         begin, of = np.unique(np.ravel_multi_index(cells, self._cost.shape), return_inverse=True)
@@ -162,7 +165,7 @@ class Guidance:
     def away(self, pose) -> float:
         """[rad] by which a pose (3,) has to turn to where its way leads; 0 where none does."""
         place = self._cell(np.asarray(pose[:2])[None])
-        x, y = self._ahead(place)[0]
+        x, y = self.ahead(place)[0]
         turn = np.arctan2(y, x) - pose[2]
         return float(abs(np.arctan2(np.sin(turn), np.cos(turn)))) if x or y else 0.0
 
@@ -176,9 +179,8 @@ class Guidance:
         beside, last = np.arange(-half, half + 1), np.array(self._cost.shape) - 1
         rows, columns = np.clip(a + beside, 0, last[0]), np.clip(b + beside, 0, last[1])
         of = np.ix_(rows, columns)
-        ahead = self._ahead(tuple(each.ravel() for each in np.broadcast_arrays(*of)))
         told = self._cost[of], self._goal[of], self._tried[of]
-        return Window(self._places[a, b] - half * CELL, *told, ahead.reshape(len(rows), -1, 2))
+        return Window(self._places[a, b] - half * CELL, rows, columns, *told)
 
     def stands(self, places: np.ndarray) -> np.ndarray:
         """(...) bool, was something seen to stand at places (..., 2)?"""
@@ -190,7 +192,7 @@ class Guidance:
         """
         rest = seen.path[:, -1]
         cost = self.cost(rest)  # first: it may count the ways
-        x, y = self._ahead(self._cell(rest)).T
+        x, y = self.ahead(self._cell(rest)).T
         turn = np.arctan2(y, x) - seen.heading
         away = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
         return cost + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)

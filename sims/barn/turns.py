@@ -33,11 +33,14 @@ HARD = 1.0  # [m] ... so such commands cost more
 class Lattice(NamedTuple):
     """Places and headings of a window, the nodes. before (nodes, 4): where a step ahead, one back,
     and two turns begin that end at a node; length (nodes, 4) [m] of these, infinite for those from
-    beyond the window. outline (HEADINGS / 2, m, 2) [m].
+    beyond the window. around [m]: how much wider than it the map of what stands is, of so many
+    cells to a side; outline (m, HEADINGS / 2, N, N): its cells on the outline at a node.
     """
 
     before: np.ndarray
     length: np.ndarray
+    around: float
+    cells: int
     outline: np.ndarray
 
 
@@ -63,8 +66,13 @@ def lattice(size: tuple[float, float]) -> Lattice:
     corners = centre_and_corners(np.zeros((len(angles), 2)), angles, *size)[:, None, 1:]
     share = np.linspace(0, 1, SIDES, endpoint=False)[:, None, None]
     outline = corners + share * (np.roll(corners, -1, axis=2) - corners)
+    outline = np.moveaxis(outline.reshape(len(angles), -1, 2), 1, 0)[:, :, None, None]
+    around = float(np.abs(outline).max() + FINE)
+    grid = CELL * np.stack(np.meshgrid(*[np.arange(N)] * 2, indexing="ij"), axis=-1)
+    cells = int(np.ceil((CELL * N + 2 * around) / FINE))
+    i, j = np.moveaxis(np.round((grid + outline + around) / FINE).astype(int), -1, 0)
     before, length = (np.stack(each, axis=-1).reshape(-1, 4) for each in (before, length))
-    return Lattice(before, length, outline.reshape(len(angles), -1, 2))
+    return Lattice(before, length, around, cells, cells * i + j)
 
 
 class Turns:
@@ -78,17 +86,17 @@ class Turns:
         self._guide, known = guide, lattice(tuple(size))
         window = guide.window(pose[:2], HALF)
         self._lo = window.lo
-        room, stands = self._clearance(free, known.outline)
+        room, stands = self._clearance(free, known)
         worth = []
-        for more in (0.0, 0.0, WEARS, WEARS):
+        for more in (0.0, WEARS):
             factor = np.full(room.shape, BLOCKED)
             factor[(room > 0) | (stands >= ROOM[1])] = FACTORS[1]
             factor[room >= ROOM[1] + more] = FACTORS[0]
             factor[room >= ROOM[0] + more] = 1.0
-            worth.append((window.tried * factor).ravel())
+            worth += 2 * [(window.tried * np.concatenate([factor, factor])).ravel()]
         mean = [(of + of[known.before[:, i]]) / 2 for i, of in enumerate(worth)]
         ways = known.length * np.stack(mean, axis=-1)
-        (i, j), first = _leaves(window)
+        (i, j), first = _leaves(window, guide)
         turned = np.arange(HEADINGS)[:, None]
         ends = np.concatenate([known.before.ravel(), _node(turned, i, j).ravel()])
         pointers = np.append(4 * np.arange(len(ways) + 1), len(ends))
@@ -97,26 +105,19 @@ class Turns:
         found = dijkstra(graph, indices=len(ways))[:-1]
         self._cost = np.minimum(found, FAR).reshape(HEADINGS, N, N)
 
-    def _clearance(self, free, outline: np.ndarray) -> np.ndarray:
-        """(2, HEADINGS, N, N) [m] from an outline to what is not known to be free, and to what was
+    def _clearance(self, free, known: Lattice) -> list[np.ndarray]:
+        """(HEADINGS / 2, N, N) [m] from an outline to what is not known to be free, and to what was
         seen to stand.
         """
         from shapely import contains_xy, prepare
 
-        around = np.abs(outline).max() + FINE
-        lo = self._lo - around
-        axes = [np.arange(low, low + CELL * N + 2 * around, FINE) for low in lo]
+        axes = self._lo[:, None] - known.around + FINE * np.arange(known.cells)
         places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         prepare(free.region)
-        apart = [
-            FINE * distance_transform_edt(known)
-            for known in (contains_xy(free.region, *places.T).T, ~self._guide.stands(places))
+        return [
+            FINE * distance_transform_edt(clear).take(known.outline).min(axis=0)
+            for clear in (contains_xy(free.region, *places.T).T, ~self._guide.stands(places))
         ]
-        grid = CELL * np.stack(np.meshgrid(*[np.arange(N)] * 2, indexing="ij"), axis=-1)
-        points = grid[:, :, None] + outline[:, None, None] + around
-        x, y = np.moveaxis(np.round(points / FINE).astype(int), -1, 0)
-        room = np.array([of[x, y].min(axis=-1) for of in apart])
-        return np.concatenate([room, room], axis=1)
 
     def prefer(self, seen) -> np.ndarray:
         """Of an Outlook: from where it comes to rest; more for what may drift farther."""
@@ -133,12 +134,12 @@ class Turns:
         return np.where(inside, cost, self._guide.prefer(seen)) + HARD * hard
 
 
-def _leaves(window: Window) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
+def _leaves(window: Window, guide: Guidance) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
     """Cells (2, m) at the border, or in the goal; costs (HEADINGS, m) [m] from there."""
     border = np.ones((N, N), bool)
     border[2:-2, 2:-2] = False  # steps are of two cells, at most
     of = np.nonzero((border & (window.cost < FAR)) | window.goal)
-    x, y = window.ahead[of].T
+    x, y = guide.ahead((window.rows[of[0]], window.columns[of[1]])).T
     turn = np.arctan2(y, x) - ANGLE * np.arange(HEADINGS)[:, None]
     away = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
     return of, window.cost[of] + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)

@@ -88,7 +88,9 @@ def test_a_robust_question_says_what_turns_and_which_goal_states_are_exact():
     assert f"every heading {of_runs}." in said(STAYS, heading=0.1)
     exact = "every goal moved by up to ±0.02 m in place, its yaw exactly as told."
     assert exact in said(TURNS, goal=0.02)
-    assert "every goal moved by up to ±0.02 m, ±0.02 m, ±0.1 rad." in said(TURNS, goal=[0.02, 0.02, 0.1])
+    assert "every goal moved by up to ±0.02 m, ±0.02 m, ±0.1 rad." in said(
+        TURNS, goal=[0.02, 0.02, 0.1]
+    )
 
 
 def test_copied_goal_states_are_named_by_their_execution(tmp_path):

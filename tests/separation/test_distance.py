@@ -211,22 +211,32 @@ def test_no_size_overstates_the_gap(n, power):
 @pytest.mark.soundness
 def test_steps_that_end_at_an_overlap_say_which_pairs_touch_and_nothing_else():
     """Of the intervals of one pair: where none overlaps all gaps are as they were, bit by bit;
-    where one does the least is not positive; intervals that do not count end nothing.
+    where one does the least is not positive; intervals that do not count end nothing. Where all
+    gaps are larger than is asked for, they are less than they were, and no less than that.
     """
     a, b, vertices = random_pairs(np.random.default_rng(4), 2)
     errors = ErrorBox(np.full((8, 4, 2), 0.01))
     search = jax.jit(distance.separations)
-    apart = 0
+    apart = sooner = 0
     with x64():
         for i in range(0, N, 8):
             for obstacle in vertices[i : i + 8]:
                 pair = a[i : i + 8], b[i : i + 8], errors, obstacle, 0.0
                 whole, _ = search(*pair)
-                until, _ = search(*pair, np.ones(8, bool))
-                np.testing.assert_array_equal(search(*pair, np.zeros(8, bool))[0], whole)
+                until, _ = search(*pair, (np.ones(8, bool), np.float64(np.inf)))
+                best = int(whole.argmax())
+                if whole[best] > 0:
+                    only, _ = search(*pair, (np.arange(8) == best, np.float64(np.inf)))
+                    assert only[best] == whole[best]
                 assert (until.min() > 0) == (whole.min() > 0)
                 assert (until <= whole).all()
                 if whole.min() > 0:
                     apart += 1
                     np.testing.assert_array_equal(until, whole)
+                    least, _ = search(*pair, (np.ones(8, bool), whole.min()))
+                    np.testing.assert_array_equal(least, whole)
+                    near, _ = search(*pair, (np.ones(8, bool), whole.min() / 2))
+                    assert (near > whole.min() / 2).all() and (near <= whole).all()
+                    sooner += int((near < whole).any())
+    assert sooner > 4
     assert 4 < apart < N - 4

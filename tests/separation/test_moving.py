@@ -10,6 +10,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.rational import area, rational_vertices
+from parc_jax.learning.system import time_grid
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.problem.world.moving import moving
 from parc_jax.statement import about_obstacles
@@ -69,7 +70,9 @@ def test_what_moves_says_how_surely_its_places_are_known_and_that_they_are_more(
     assert timed[0].said == said.replace("stands as told when a plan begins, ", "")
     asked = reach_avoid(box([2.9, -0.1, -9.0], [3.5, 0.1, 9.0]), parts, 0.2, spans=spans)
     assert [span.said for span in spans] == [said] * 2
-    assert about_obstacles(asked, 4).endswith(f"Of at most 1 at a time: {said}")
+    assert about_obstacles(asked, time_grid(DT, 4 * DT, DT)).endswith(
+        f"Of at most 1 at a time: {said}"
+    )
     assert not any(span.said for span in moving(post, [0.0, 0.0], (0, 3), DT, every=2)[1])
 
 

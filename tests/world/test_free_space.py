@@ -309,7 +309,7 @@ def test_files_keep_the_region_that_edges_are_of(tmp_path):
             assert [getattr(one, name, None) for one in again.obstacles] == [
                 getattr(one, name, None) for one in problem.obstacles
             ]
-        assert said in about_obstacles(again, 4)
+        assert said in about_obstacles(again, line.time)
         with pytest.raises(InputError, match="expected a start inside the free space"):
             query(again, line, [5.0, 0.0]).nominal()
     old = edge_of(edges[0], f"{place.region.wkb_hex} 0.15")  # of an earlier version
@@ -372,19 +372,19 @@ def mapped():
         (
             lambda: scanned().drifted((0, 0, 0), (0.02, 0.01), 0.004).within((0, 0), 2.0),
             f"{MOST}, the frame drifts by 0.01 to 0.02 m, it turns by 0.004 rad, in all by 0.01 m "
-            "and 0.004 rad since the oldest of it was seen",
+            "and 0.002 rad since the oldest of it was seen",
         ),
         # beside what it is the sum of, no more than was allowed for; nothing of what was forgotten
-        (lambda: remembered(3), DRIFTED.format("0.03 m and 0.006")),
-        (lambda: remembered(3).forget().add(remembered(1)), DRIFTED.format("0.03 m and 0.006")),
-        (lambda: remembered(6), DRIFTED.format("0.06 m and 0.01")),
+        (lambda: remembered(3), DRIFTED.format("0.02 m and 0.005")),
+        (lambda: remembered(3).forget().add(remembered(1)), DRIFTED.format("0.02 m and 0.005")),
+        (lambda: remembered(6), DRIFTED.format("0.05 m and 0.01")),
         (
             lambda: remembered(3).add(free_place(SQUARE, 0.3)),
-            DRIFTED.format("0.03 m and 0.006") + ", 0.3 m around a body are seen to be free",
+            DRIFTED.format("0.02 m and 0.005") + ", 0.3 m around a body are seen to be free",
         ),
         (
             lambda: off_again(remembered(3).forget().add(scanned()), 2).forget(),
-            DRIFTED.format("0.02 m and 0.004"),
+            DRIFTED.format("0.02 m and 0.002"),
         ),
         (
             lambda: scanned(max_range=8.0).add(scanned()),

@@ -140,7 +140,7 @@ def test_until_a_moment_nobody_is_an_obstacle_later():
     assert "which is DECLARED, not shown, if they ignore the robot" in told.said
     asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
     law = told.said.partition("1 mover. ")[2]
-    assert f"Of at most 1 at a time: {law}" in about_obstacles(asked, ROBOT.n_steps)
+    assert f"Of at most 1 at a time: {law}" in about_obstacles(asked, ROBOT)
 
 
 def test_tracks_with_gaps_and_jumps_are_refused():

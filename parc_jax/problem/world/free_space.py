@@ -117,6 +117,8 @@ BOUNDS = {  # what may be told, and of what: from the least, which alone is sure
     "margin": "{} m around a body are seen to be free",
     "occupied": "free cells of a map are occupied with less than {}",
 }
+# [m, rad] that sums of drift are told by: of any number a loop would tell another every cycle
+SUMS = (0, *(d * Fraction(10) ** e for e in range(-9, 4) for d in (1, 2, 5)))
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
 
@@ -212,8 +214,7 @@ class FreeSpace:
         shapely = package("shapely", CALL)
         (x, y), reach = place_of(place), at_least(f"{CALL} reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
-        told = (self.region, self.gone, self.standing)
-        parts = [_areas(one.intersection(square)) for one in told]
+        parts = [_areas(g.intersection(square)) for g in (self.region, self.gone, self.standing)]
         newer = self.newer and self.newer.within(place, reach)
         return replace(self, region=parts[0], gone=parts[1], standing=parts[2], newer=newer)
 
@@ -240,9 +241,9 @@ class FreeSpace:
         place = as_float64("place (x, y, heading)", place, (3,))
         region = _shifted(self.region, place, along, across)
         told = (self.region, self.gone, self.standing)
-        far = max(middle.hausdorff_distance(one) for one in told if one)
+        far = max(middle.hausdorff_distance(one.convex_hull) for one in told if one)
         if turned and not region.is_empty:
-            by = turned * middle.hausdorff_distance(region) + TOLERANCES.outline
+            by = turned * middle.hausdorff_distance(region.convex_hull) + TOLERANCES.outline
             region = shrunk(region, by, 0.0)
         most = max(along, across) + turned * far
         gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
@@ -299,14 +300,13 @@ class FreeSpace:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
-        pieces = thin_pieces(self._edges())
         told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
         told = {x: words.format(told[x]) for x, words in BOUNDS.items() if x in told}
-        if any(self.drift):  # no more than was allowed for; one digit: few texts come of a loop
-            off, by = (rounded_down(x, 1) for x in self.drift)
+        if any(self.drift):  # no more than was allowed for
+            off, by = (rounded_down(max(s for s in SUMS if s <= x), 1) for x in self.drift)
             told["turned"] += f", in all by {off} m and {by} rad since the oldest of it was seen"
         of = self.region, float(self.width), ", ".join(told.values())
-        return tuple(Edge(one.A, one.b, *of) for one in pieces)
+        return tuple(Edge(one.A, one.b, *of) for one in thin_pieces(self._edges()))
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
@@ -409,8 +409,10 @@ def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tup
     """
     both = {x: {*one.get(x, ()), *other.get(x, ())} for x in {**one, **other}}
     short = {x: tuple(of) for x, of in both.items() if len(of) == 1 and len(exact(*of)) < 9}
-    ends = [(x, exact(min(of)), exact(max(of))) for x, of in both.items()]
-    return {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in ends} | short
+    ends = {x: (min(of), max(of)) for x, of in both.items() if x not in short}
+    new = [(x, exact(lo), exact(hi)) for x, (lo, hi) in ends.items() if one.get(x) != (lo, hi)]
+    ends |= {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in new}
+    return ends | short
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:

@@ -88,8 +88,7 @@ def seen_from(
     ends = np.where(ends + noise < reach, np.inf, ends)  # false: nothing stands there
     star = _star(pose, angles, reach, closed)
     off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
-    place, directions = pose[:2], pose[2] + angles
-    beams = Beams(place, directions, reach, ends, off, moved, more, closed)
+    beams = Beams(pose[:2], pose[2] + angles, reach, ends, off, moved, more, closed)
     told = {"noise": noise, "angle_error": angle_error, "place": moved, "heading": turned}
     told["max_range"] = max_range
     region = shrunk(star, moved + TOLERANCES.outline, tolerance)

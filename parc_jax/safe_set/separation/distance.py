@@ -14,17 +14,17 @@ from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.common.arrays import dot
 from parc_jax.common.shapes import Scalar, Vector, Vectors
-from parc_jax.learning.bound.error_set import ErrorSet
+from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.safe_set.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
 Many = Float[ArrayLike, "t i n_p"]
-Some = Bool[ArrayLike, " t"] | None
+Until = tuple[Bool[ArrayLike, " t"], Scalar] | None
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
 def separations(
-    a: Many, b: Many, errors: ErrorSet, vertices: Vectors, radius: Scalar, until: Some = None
+    a: Many, b: Many, errors: ErrorSet, vertices: Vectors, radius: Scalar, until: Until = None
 ):
     """Gaps (t,) [m] and unit directions (t, n_p) of conv {a_i + E_i, b_i + E_i} in each interval
     from conv(vertices) + ball; gap > 0 proves they are disjoint. Kernel; with `until` not for vmap.
@@ -32,10 +32,9 @@ def separations(
     a, b: (t, i, n_p) the points at both knots.
     errors: (t, i) sets E_i.
     vertices: (v, n_p), repetitions allowed.
-    until: steps end where more change nothing, or an overlap shows in one of these intervals, in
-        the plane: its gap is not positive, and those of others are less than they might be.
-    The gap is the exact distance when positive, up to rounding; a touching or overlapping pair
-        gives gap <= 0 up to rounding.
+    until: some intervals, and a gap [m]: steps end where more change nothing, all of these have a
+        larger gap, or one overlaps, in the plane: gaps are then less than they might be. Else they
+        are exact where positive, up to rounding; of what touches or overlaps <= 0 up to rounding.
     """
     n = a.shape[-1]
     support = jax.vmap(_support, in_axes=(0, 0, 0, None, 0))
@@ -49,11 +48,12 @@ def separations(
             p, q, r = simplex[:, 0].T, simplex[:, 1].T, point.T
             turns = jnp.stack([u[0] * v[1] - u[1] * v[0] for u, v in ((p, q), (q, r), (r, p))])
             around = (turns > 0).all(axis=0) | (turns < 0).all(axis=0)
-            met = (until & (gap < 0) & around).any()
+            met = (until[0] & (gap < 0) & around).any()
         closer, nearest = jax.vmap(_nearest)(simplex, point)
         onwards = jax.vmap(_unit)(nearest)
         if until is not None:  # from the same state all further steps are the same
             met |= (closer == simplex).all() & (onwards == towards).all()
+            met |= ((gap - radius > until[1]) | ~until[0]).all()
         return i + 1, gap, w, onwards, closer, met
 
     # from the middle of the obstacle to that of the points; any direction where they coincide
@@ -72,8 +72,8 @@ def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vec
     at_a, at_b, beyond = (dot(x, w[None]) for x in (a, b, vertices))
     least = excess((at_a, at_b), errors.support(-w[None]))
     i, last = least.argmin(), beyond.argmax()
-    ends = jnp.where((at_a <= at_b)[:, None], a, b) + errors.vertex(-w[None])
-    return least[i] - beyond[last], ends[i] - vertices[last]
+    end = jnp.where(at_a[i] <= at_b[i], a[i], b[i]) + at(errors, i).vertex(-w)
+    return least[i] - beyond[last], end - vertices[last]
 
 
 def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):

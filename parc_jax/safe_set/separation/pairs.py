@@ -22,7 +22,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import corners_of_many
 from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, whole
-from parc_jax.common.shapes import Index, Knot, Path, Vector
+from parc_jax.common.shapes import Index, Knot, Path, Scalar, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.network.predict import Layout, by_point
 from parc_jax.problem.body import Disc, Polygon, numbered
@@ -169,16 +169,16 @@ class Pair(NamedTuple):
         """As of `Obstacles`."""
         return self.signs.shape[0] > 0
 
-    def gaps(self, path: Path, errors: ErrorSet, until_touched: bool = False):
+    def gaps(self, path: Path, errors: ErrorSet, until: Scalar | None = None):
         """Gap (T,) [m] in every interval, and the unit direction (T, n_p) that shows it; errors
-        (T, n_points). until_touched: as of `distance.separations`.
+        (T, n_points). until: [m], as of `distance.separations`.
         """
         if self.closed:
             polygons = self.vertices[None] + self.signs[None] * errors.half[:, 0, None]
             return segment.separations(path[:-1], path[1:], polygons, self.radius)
         near, allowed = self._own(path, errors)
-        until = self.active if until_touched else None
-        return distance.separations(near[:-1], near[1:], allowed, self.vertices, self.radius, until)
+        ends = None if until is None else (self.active, until)
+        return distance.separations(near[:-1], near[1:], allowed, self.vertices, self.radius, ends)
 
     def gap(self, start: Knot, end: Knot, errors: ErrorSet):
         """The same in one interval: start, end its knots, errors (n_points,)."""

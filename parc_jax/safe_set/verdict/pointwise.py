@@ -216,8 +216,8 @@ def _first_of(away: jax.Array) -> jax.Array:
 
 
 def _nearer(scene: SceneArrays, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
-    pair = scene.obstacles.only(o)
-    return jnp.minimum(nearest, _least(scene, pair, *pair.gaps(path, errors, until_touched=True)))
+    pair, until = scene.obstacles.only(o), nearest + 2 * scene.slack  # what is farther is no nearer
+    return jnp.minimum(nearest, _least(scene, pair, *pair.gaps(path, errors, until)))
 
 
 def _nearest(scene: SceneArrays, obstacles: Obstacles | Pair, path: Path, errors: ErrorSet):
