@@ -9,6 +9,7 @@ which nothing is claimed but the robot's own tube.
 
 import gc
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
@@ -98,7 +99,8 @@ def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> Drive:
     while robot.time + HELD <= TIMEOUT and not reached(robot.pose) and not touched:
         before = len(robot.path) - 1
         begin = time.process_time()
-        step, claim = decide(planner, robot, sight.model, sight.look(robot), sight.unseen)
+        known = sight.look(robot)
+        step, claim = decide(planner, robot, sight.model, known, sight.hidden, sight.unseen)
         plan_s.append(time.process_time() - begin)
         if step.new:
             robot.begin(*step.committed.k[-2:])
@@ -117,10 +119,17 @@ def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> Drive:
     return Drive(world, arrived, seconds, nearest, cause, left, path, steps, claims, plan_s)
 
 
-def decide(planner, robot: Driven, model, known: list[Sighting], unseen: float = 0.0):
-    """The step of a loop, and what it claims. unseen: as of the sight."""
+def decide(
+    planner,
+    robot: Driven,
+    model,
+    known: list[Sighting],
+    hidden: Sequence[Sighting] = (),
+    unseen: float = 0.0,
+):
+    """The step of a loop, and what it claims. hidden, unseen: as of the sight."""
     pose, speeds, now = robot.pose, robot.measured, robot.time
-    guide = guidance.Guidance(pose, speeds, known, now, unseen)
+    guide = guidance.Guidance(pose, speeds, [*known, *hidden], now, unseen)
     asked = {"at": now, "explain": False}
     for horizon in HORIZONS:
         near = [one for one in known if comes_near(one, pose[:2], now, horizon)]

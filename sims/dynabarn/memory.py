@@ -1,27 +1,36 @@
-"""Who walks the same way again: what was seen of all, and who of them is where one was before.
+"""Who walks the same way again: what was seen of all, what is known of the other half of the
+worlds, and who of them is where one was before.
 
 It is preference: what it gets wrong costs time, or a contact that no claim was about.
 """
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from sims.dynabarn.worlds import half_of, numbers, turned, world
+
 LEAST = 3.0  # [s] since somebody was there: what is newer is the way under way
-BESIDE, CAME = 0.06, 0.12  # [m] from a way walked before, now, and SINCE [s] before now
-SINCE = 0.4
+BESIDE = 0.05  # [m] at most from a way walked before, now and meanwhile
+MEANWHILE = 1.0  # [s] for which ways are compared at most
+BRIEF = 0.35  # [s] less than which is too little to know a way of another world
 BUILT = 1.0  # [s] for which what was seen last is not looked through
-NEAREST = 4  # pieces of ways that are looked at
 WALKS = 3.0  # [m/s] who is faster was not seen walking: it vanished, and appeared elsewhere
+ROUNDS = 4  # of a loop that is known: who vanishes appears again
+BEFORE = -1e6  # [s] when somebody walked the ways of other worlds
 
 
 @dataclass(eq=False)
 class Way:
-    """Of one who was seen: times [s], places as complex numbers [m]."""
+    """Of one who was seen: times [s], places as complex numbers [m]. loop: [s] after which it
+    begins anew; 0 where that is not known.
+    """
 
     times: list[float] = field(default_factory=list)
     places: list[complex] = field(default_factory=list)
+    loop: float = 0.0
 
     def add(self, times, places) -> None:
         """What was seen next: places (n, 2) [m]."""
@@ -31,6 +40,23 @@ class Way:
     def at(self, times) -> np.ndarray:
         """Where it was, or first was, or last."""
         return np.interp(times, self.times, self.places)
+
+    def lately(self) -> tuple[np.ndarray, np.ndarray]:
+        """When and where it was seen MEANWHILE, since it appeared."""
+        first = np.searchsorted(self.times, self.times[-1] - MEANWHILE - 1e-6)
+        times, places = np.array(self.times[first:]), np.array(self.places[first:])
+        jumps = np.abs(np.diff(places)) > WALKS * np.diff(times)
+        since = int(np.flatnonzero(jumps)[-1]) + 1 if jumps.any() else 0
+        return times[since:], places[since:]
+
+    def later(self, ago: float, now: float) -> tuple[np.ndarray, np.ndarray]:
+        """When and where one goes on from now on who walks it so many seconds later."""
+        times, places = np.array(self.times) + ago, np.array(self.places)
+        if self.loop:
+            each = self.loop * np.arange(ROUNDS)[:, None]
+            times, places = (times + each).ravel(), np.tile(places, ROUNDS)
+        first = max(np.searchsorted(times, now) - 1, 0)
+        return times[first:], places[first:]
 
 
 class Pieces(NamedTuple):
@@ -45,11 +71,31 @@ class Pieces(NamedTuple):
     way: np.ndarray
 
 
-class Memory:
-    """All ways seen so far."""
+@cache
+def ways_of(half: int) -> tuple[list[Way], Pieces]:
+    """Who walks in the worlds of a half, each way once, turned and mirrored in all eight ways, and
+    the pieces of these.
+    """
+    tracks = {
+        track.places.tobytes(): track
+        for number in numbers()
+        if half_of(number) == half
+        for track in world(number).tracks
+    }
+    ways = [
+        Way(list(track.times + BEFORE), list(track.places @ turn @ [1, 1j]), track.length + 1e-3)
+        for track in tracks.values()
+        for turn in turned()
+    ]
+    return ways, _pieces(ways)
 
-    def __init__(self):
-        self._ways: list[Way] = []
+
+class Memory:
+    """All ways seen so far, and those of a half of the worlds, if any."""
+
+    def __init__(self, half: int | None = None):
+        self._ways, self._known = ([], _pieces([])) if half is None else ways_of(half)
+        self._ways, self._seen = list(self._ways), len(self._ways)
         self._until = -np.inf
 
     def begin(self) -> Way:
@@ -63,32 +109,37 @@ class Memory:
         """
         if not way.times:
             return None
-        now, here = way.times[-1], way.places[-1]
+        times, places = way.lately()
+        now, here = times[-1], places[-1]
         if now > self._until:
-            self._pieces, self._until = _pieces(self._ways), now + BUILT
-        old = Pieces(*(of[self._pieces.since <= now - LEAST] for of in self._pieces))
-        along = ((here - old.first) * old.walked.conj()).real
-        share = np.clip(along / np.maximum(np.abs(old.walked) ** 2, 1e-9), 0.0, 1.0)
-        away = np.abs(here - old.first - share * old.walked)
-        came = max(now - SINCE, way.times[0])
-        for i in np.argsort(away)[:NEAREST]:
-            like, ago = self._ways[old.way[i]], now - old.since[i] - share[i] * old.took[i]
-            then = came - ago
-            if away[i] > BESIDE or then < like.times[0] - 0.1:
+            seen = _pieces(self._ways[self._seen :], self._seen)
+            both = zip(self._known, seen, strict=True)
+            self._pieces, self._until = Pieces(*map(np.concatenate, both)), now + BUILT
+        of = self._pieces
+        along = ((here - of.first) * of.walked.conj()).real
+        share = np.clip(along / np.maximum(np.abs(of.walked) ** 2, 1e-9), 0.0, 1.0)
+        likely = (np.abs(here - of.first - share * of.walked) <= BESIDE) & (of.since <= now - LEAST)
+        if now - times[0] < BRIEF:
+            likely &= of.way >= self._seen
+        best, nearest = None, BESIDE
+        for i in np.flatnonzero(likely):
+            like, ago = self._ways[of.way[i]], now - of.since[i] - share[i] * of.took[i]
+            if times[0] - ago < like.times[0] - 0.1:
                 continue
-            if np.abs(like.at(then) - way.at(came)) <= CAME:
-                times = np.array(like.times) + ago
-                later = max(np.searchsorted(times, now) - 1, 0)
-                return times[later:], np.array(like.places[later:])
-        return None
+            away = np.abs(like.at(times - ago) - places).max()
+            if away <= nearest:
+                best, nearest = (like, ago), away
+        return None if best is None else best[0].later(best[1], now)
 
 
-def _pieces(ways: list[Way]) -> Pieces:
-    """Of all ways."""
-    found = []
-    for number, way in enumerate(ways):
-        times, places = np.array(way.times), np.array(way.places)
-        led, took = np.diff(places), np.diff(times)
-        of = places[:-1], times[:-1], led, took, np.full(len(led), number)
-        found.append([each[np.abs(led) <= WALKS * took] for each in of])
-    return Pieces(*(np.concatenate(of) for of in zip(*found, strict=True)))
+def _pieces(ways: list[Way], first: int = 0) -> Pieces:
+    """Of all ways; first: number of the first one."""
+    found = [_pieces_of(way, number) for number, way in enumerate(ways, first)]
+    return Pieces(*map(np.concatenate, zip(_pieces_of(Way(), 0), *found, strict=True)))
+
+
+def _pieces_of(way: Way, number: int) -> Pieces:
+    times, places = np.array(way.times), np.array(way.places, complex)
+    led, took = np.diff(places), np.diff(times)
+    of = places[:-1], times[:-1], led, took, np.full(len(led), number)
+    return Pieces(*(each[np.abs(led) <= WALKS * took] for each in of))

@@ -13,7 +13,7 @@ from sims.dynabarn.worlds import GOAL, RADIUS, START, TIMEOUT, World, clearances
 from sims.jackal.driven import Driven
 from sims.jackal.learn import HELD
 
-AHEAD, STEP = 1.2, 0.1  # [s] predicted, and between predictions
+AHEAD, STEP = 1.8, 0.1  # [s] predicted, and between predictions
 WAITS = 0.1  # [s] from measuring to the first moment at which a command shows, about
 TURNS = 0.6  # [s] for which it turns, where it then goes straight on
 INSIDE = 0.31  # [m] radius of a disc that holds the robot
@@ -24,6 +24,7 @@ BLURRED = 0.15  # [m] by which a gap may be wrong: from there on, more and more,
 STRAIGHT = 2.6  # [s] that a mover goes straight on, in the mean
 BY = np.outer([1, -1], [0.05, 0.24, 0.62, 1.64, 2.69]).ravel()  # [rad] then: middles of fifths
 SINCE = np.arange(0.0, 1.0, 0.2)  # [s] when it may turn, each until the next
+NEW = 1.6 * np.exp(1j * np.pi / 8 * np.arange(16))  # [m/s] of whom only the place is known
 FACING = 0.1  # [m] of way that each [rad] costs by which the robot does not face the goal
 
 
@@ -69,11 +70,14 @@ def futures(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def expected(one: Sighting, now: float, n: int) -> tuple[np.ndarray, np.ndarray]:
     """As of `futures`, of a mover as it is known now: on the way that it is remembered for, else
-    straight on, or turning.
+    straight on, or turning; anywhere where only its place is known.
     """
     if one.again is not None:
         times = now + STEP * np.arange(1, n + 1)
         return np.interp(times, *one.again)[None], np.ones(1)
+    if not one.velocity.any():
+        walked = one.place @ [1, 1j] + NEW[:, None] * STEP * np.arange(1, n + 1)
+        return walked, np.full(len(NEW), 1 / len(NEW))
     walked, chance = futures(n)
     return straight_on(one, now) @ [1, 1j] + one.velocity @ [1, 1j] * walked, chance
 
@@ -131,7 +135,7 @@ def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> dict:
     stand(driven, sight, watch)
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
         first = len(driven.path) - 1
-        around, now = sight.look(driven), driven.time
+        around, now = [*sight.look(driven), *sight.hidden], driven.time
         costing = best(driven.pose, driven.measured, command, asked, around, now, sight.unseen)
         command = asked[np.argmin(costing)]
         driven.begin(*command)

@@ -24,7 +24,8 @@ FAR = 6.0  # [m] who is farther away is left out
 CELL = 0.01  # [rad] of directions in which the middle is sought from the first return
 SIDES = np.arange(-np.pi / 2 - 0.1, np.pi / 2 + 0.1, CELL)  # a return is off, so a bit beyond
 SURE = 0.045  # [m] a place that may be farther off is no part of a track
-FORGOTTEN = 1.0  # [s] after which who is out of sight is forgotten
+FORGOTTEN = 1.0  # [s] after which who is out of sight is forgotten, but by guidance
+BY_NOW = 0.4  # [m] from where somebody is expected, who is seen there is the one
 UNSEEN = 6.0  # [m] of way that each [m] costs to where the lidar does not look
 LOOSE = 0.02  # [m] besides their errors, by which places may jump within a greatest speed
 
@@ -50,15 +51,15 @@ def straight_on(one: Sighting, now: float) -> np.ndarray:
 
 class Known:
     """All places are known, as good as exactly; who appeared within two steps is taken to have
-    walked on for both. unseen: [m] of way that each [m] to behind the robot costs.
+    walked on for both. unseen: [m] of way that each [m] to behind the robot costs. hidden: nobody.
     """
 
-    unseen = 0.0
+    unseen, hidden = 0.0, ()
 
     def __init__(self, world: World, rng: np.random.Generator):
         self.model = walking.model(1 - half_of(world.number))
         self._world, self._rng, self._looked = world, rng, -np.inf
-        self._memory = Memory()
+        self._memory = Memory(1 - half_of(world.number))
         self._ways = [self._memory.begin() for _ in world.tracks]
 
     def look(self, robot: Driven) -> list[Sighting]:
@@ -174,7 +175,7 @@ class Track:
 
 class Seen:
     """What the Jackal's lidar saw, a scan a step, from where it truly is; who went out of sight is
-    remembered for a while.
+    remembered for a while, and for guidance while its way is known.
     """
 
     unseen = UNSEEN
@@ -184,7 +185,14 @@ class Seen:
         self._world, self._rng = world, rng
         self._scanner = lidar(**LIDAR) if scanner is None else scanner
         self._scanned, self.tracks = 0, list[Track]()
-        self._memory = Memory()
+        self._memory = Memory(1 - half_of(world.number))
+        self._hidden, self._now = list[tuple[np.ndarray, np.ndarray]](), 0.0
+
+    @property
+    def hidden(self) -> list[Sighting]:
+        """Who is out of sight on a way that is known: expected, no part of a claim."""
+        now = self._now
+        return [Sighting(now, _at(way, now), np.zeros(2), 0.0, None, way) for way in self._hidden]
 
     def look(self, robot: Driven) -> list[Sighting]:
         """Scans since the last look; movers near the robot."""
@@ -192,7 +200,7 @@ class Seen:
         for tick in range(self._scanned, len(path), step):
             self._scan(path[tick], TICK * tick)
             self._scanned = tick + step
-        here = robot.pose[:2]
+        self._now, here = robot.time, robot.pose[:2]
         near = [t for t in self.tracks if np.linalg.norm(t.fits[-1].place - here) <= FAR]
         return [t.sighting._replace(again=self._memory.again(t.way)) for t in near]
 
@@ -213,16 +221,37 @@ class Seen:
             if np.isfinite(cost[i, j]):
                 tracks[j].add(now, found[i])
                 taken.add(i)
-        self.tracks = [
-            track
-            for track in tracks
-            if track.times[-1] == now
+        kept = [
+            track.times[-1] == now
             or (now - track.times[-1] <= FORGOTTEN and not sees_all(scan, track, now))
+            for track in tracks
         ]
+        self.tracks = [track for track, stays in zip(tracks, kept, strict=True) if stays]
+        gone = [track.way for track, stays in zip(tracks, kept, strict=True) if not stays]
+        self._hide(scan, [fit.place for fit in found], gone, now)
         for i, fit in enumerate(found):
             if i not in taken:
                 self.tracks.append(Track(way=self._memory.begin()))
                 self.tracks[-1].add(now, fit)
+
+    def _hide(self, scan: Scan, seen: list[np.ndarray], gone: list[Way], now: float) -> None:
+        """Remember who went out of sight on a known way, until somebody is seen, or nobody can be,
+        or somebody else is expected, where it is expected.
+        """
+        hidden, there = [], list(seen)
+        for way in [*self._hidden, *filter(None, map(self._memory.again, gone))]:
+            place = _at(way, now)
+            if sees(scan, place) or any(np.linalg.norm(place - one) < BY_NOW for one in there):
+                continue
+            hidden.append(way)
+            there.append(place)
+        self._hidden = hidden
+
+
+def _at(way: tuple[np.ndarray, np.ndarray], now: float) -> np.ndarray:
+    """Place (2,) of who is remembered."""
+    place = np.interp(now, *way)
+    return np.array([place.real, place.imag])
 
 
 def errors() -> tuple[np.ndarray, np.ndarray]:
@@ -240,6 +269,17 @@ def errors() -> tuple[np.ndarray, np.ndarray]:
                 away = away[np.linalg.norm(away, axis=1).argmin()]
                 off.append((away.max(), np.linalg.norm(away) - fit.off))
     return np.transpose(off)
+
+
+def sees(scan: Scan, place: np.ndarray) -> bool:
+    """Does a beam go beyond a place (2,), where so nobody is?"""
+    away = place - scan.pose[:2]
+    at = np.arctan2(away[1], away[0]) - scan.pose[2]
+    at = np.arctan2(np.sin(at), np.cos(at))
+    if abs(at) > scan.angles[-1]:
+        return False
+    beam = np.argmin(np.abs(scan.angles - at))
+    return bool(scan.ranges[beam] > np.linalg.norm(away))
 
 
 def sees_all(scan: Scan, track: Track, now: float) -> bool:

@@ -123,14 +123,19 @@ class Law:
         kind = world(number).kind
         tracks = [track for n in like if world(n).kind == kind for track in world(n).tracks]
         chosen = draw.integers(len(tracks), size=len(world(number).tracks))
-        turned = [Track(tracks[i].times, tracks[i].places @ _turn(draw)) for i in chosen]
-        return World(number, draw.uniform(0.0, 10 * PHASES), tuple(turned))
+        walked = [Track(tracks[i].times, tracks[i].places @ _turn(draw)) for i in chosen]
+        return World(number, draw.uniform(0.0, 10 * PHASES), tuple(walked))
 
 
 def _turn(draw: np.random.Generator) -> np.ndarray:
-    """(2, 2) one of the eight by which a square becomes itself."""
-    turned = np.eye(2)[draw.permutation(2)]
-    return turned * draw.choice([-1.0, 1.0], 2)
+    """(2, 2) one of `turned`."""
+    return np.eye(2)[draw.permutation(2)] * draw.choice([-1.0, 1.0], 2)
+
+
+def turned() -> list[np.ndarray]:
+    """(2, 2) each, the eight by which a square becomes itself."""
+    signs = [np.array([x, y]) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    return [axes * each for axes in (np.eye(2), np.eye(2)[::-1]) for each in signs]
 
 
 def reached(place) -> bool:

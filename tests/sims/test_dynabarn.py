@@ -149,7 +149,7 @@ def test_who_came_by_before_is_expected_to_go_the_same_way():
         way.add([now], [place])
         found = kept.again(way)
         assert found is None or now >= corner.length
-        if now > corner.length + memory.SINCE + 0.05:
+        if now > corner.length + memory.MEANWHILE + 0.05:
             later = now + np.arange(0.0, 1.3, 0.1)
             truly = corner.at(later % corner.length) @ [1, 1j]
             assert np.abs(np.interp(later, *found) - truly).max() < 0.06
@@ -161,6 +161,36 @@ def test_who_came_by_before_is_expected_to_go_the_same_way():
     one = sight.Sighting(9.4, corner.at(1.4), np.array([1.5, 0.0]), 0.0, None, found)
     walked, chance = plain.expected(one, 9.4, 12)
     assert walked.shape == (1, 12) and chance.tolist() == [1.0]
+
+
+def test_who_walks_a_way_of_the_other_half_is_expected_to_go_on_and_to_begin_again():
+    """Turned and mirrored; a way of a moment is none yet, nor is one beside it."""
+    track = worlds.world(41).tracks[8]
+    half, turn = worlds.half_of(41), np.array([[0.0, -1.0], [-1.0, 0.0]])
+    kept, draw = memory.Memory(half), np.random.default_rng(0)
+    for now in (7.3, track.length - 0.5):
+        way, beside = kept.begin(), kept.begin()
+        times = 40.0 + now + np.arange(-1.0, 0.01, 0.1)
+        places = track.at(times - 40.0) @ turn + draw.uniform(-0.01, 0.01, (len(times), 2))
+        way.add(times[-3:], places[-3:])
+        assert kept.again(way) is None
+        way.times, way.places = [], []
+        way.add(times, places)
+        beside.add(times, places + 0.1)
+        assert kept.again(beside) is None
+        later = times[-1] + np.arange(0.0, 3.0, 0.07)
+        truly = track.at((later - 40.0) % track.length) @ turn @ [1, 1j]
+        away = np.abs(np.interp(later, *kept.again(way)) - truly)
+        assert np.sort(away)[-2] < 0.1  # it jumps once
+    assert memory.Memory(1 - half).again(way) is None  # walked in one half alone
+
+
+def test_of_whom_only_the_place_is_known_may_come_from_all_sides():
+    one = sight.Sighting(0.0, np.array([2.0, 0.0]), np.zeros(2), 0.0, None)
+    walked, chance = plain.expected(one, 0.0, 12)
+    assert chance.sum() == pytest.approx(1.0)
+    assert np.abs(walked[:, -1] - 2.0) == pytest.approx(1.2 * 1.6)
+    assert abs(walked[:, -1].mean() - 2.0) < 1e-9
 
 
 def stands(*places) -> worlds.World:
@@ -228,6 +258,30 @@ def test_who_was_seen_is_remembered_for_a_while_and_who_has_gone_is_not():
     both = worlds.World(1, 0.0, (back, stays))
     known = [[one.sighting.mover is not None for one in looked(both, t).tracks] for t in (0.8, 1.0)]
     assert sorted(known[0]) == [False, True] and known[1] == [True, True]
+
+
+def test_who_went_out_of_sight_on_a_known_way_is_expected_but_in_no_claim():
+    """It walks to behind the robot, which stands; where it is seen not to be it is not expected."""
+    track = worlds.world(41).tracks[8]
+    now = 7.3
+    here, there = track.at(now), track.at(now + 3.0)
+    ahead = (there - here) / np.linalg.norm(there - here)
+    # so that it is seen at first, and later in the blind quarter
+    place, heading = here + 1.5 * ahead + [-ahead[1], ahead[0]], np.arctan2(*-ahead[::-1])
+    robot = Driven(jackal.robot(), (*place, heading), key_of(0))
+    seen = sight.Seen(worlds.World(40, now, (track,)), np.random.default_rng(0))
+    expected = []
+    while robot.time < 5.0:
+        known = seen.look(robot)
+        expected.append((len(known), len(seen.hidden)))
+        for one in seen.hidden:
+            assert np.linalg.norm(one.place - track.at(now + robot.time)) < 0.1
+        robot.drive(0.2)
+    assert (1, 0) in expected and (0, 1) in expected and (1, 1) not in expected
+    scan = lidar(**LIDAR).scan([0.0, 0.0, 0.0], shapes([[3.0, 0.0]], worlds.RADIUS))
+    assert sight.sees(scan, np.array([2.0, 0.0])) and sight.sees(scan, np.array([0.0, 3.0]))
+    for hidden in ([3.0, 0.0], [6.0, 0.0], [-2.0, 0.0]):  # in it, behind it, behind the robot
+        assert not sight.sees(scan, np.array(hidden))
 
 
 def test_who_appears_at_the_side_of_the_robot_stops_it():
