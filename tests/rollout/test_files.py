@@ -117,7 +117,7 @@ def test_files_are_paired_with_rows_in_one_order_only(batch, tmp_path):
 
 
 def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
-    """As NumPy or a spreadsheet writes them; what is given may add units, and nothing else."""
+    """As NumPy or a spreadsheet writes them; what is given goes before, in the same units."""
     (tmp_path / "p").mkdir()
     head = {"comments": "", "delimiter": ","}
     np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed [m/s],angle [rad]")
@@ -127,9 +127,12 @@ def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
     names = (("east [m]", "north [m]"), ("heading [rad]",), ("speed [m/s]", "angle [rad]"))
     assert load_rollouts(tmp_path, GRID).labels == names
     assert load_rollouts(tmp_path, GRID).subject.labels.heading == 0
-    for k in (("a [m/s]", "angle [rad]"), ("speed [km/h]", "angle [rad]"), ("angle", "speed")):
-        with pytest.raises(InputError, match=f"like its columns, speed .*got {re.escape(k[0])}, "):
-            load_rollouts(tmp_path, GRID, labels={"k": k})
+    given = load_rollouts(tmp_path, GRID, labels={"k": ("a [m/s]", "angle [rad]")}).labels
+    assert given == (*names[:2], ("a [m/s]", "angle [rad]"))
+    for first in ("speed [km/h]", "speed", "angle [m/s]"):
+        said = re.escape(f"'speed [m/s]', in its unit and with no other's name; got '{first}'")
+        with pytest.raises(InputError, match=said):
+            load_rollouts(tmp_path, GRID, labels={"k": (first, "angle [rad]")})
     np.savetxt(tmp_path / "q.csv", batch.q, header="heading", **head)
     given = {"q": "heading [rad]", "k": names[2]}  # the file says no unit, or the same
     assert load_rollouts(tmp_path, GRID, labels=given).labels == names

@@ -55,7 +55,7 @@ def load_rollouts(
     point by point: x, y of the first, x, y of the second. Positions are made relative to
     where the first point of each run starts. rotation: declared behaviour of the heading, as of a
     system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; where a file has its own,
-    the same, or with a unit where it has none. given: parameters that are measured at the start of
+    in their units. given: parameters that are measured at the start of
     a run and not chosen, by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
@@ -137,12 +137,13 @@ def _assemble(
     about = about | {"labels": read | words_of(about["labels"])}
     batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
     for part, own in read.items():
-        told = getattr(batch.subject.labels, part)
-        if not all(x in (y, name_of(y)) for x, y in zip(own, told, strict=False)):
-            raise InputError(
-                f"{path}: expected labels of {part} like its columns, {', '.join(own)}, or with a "
-                f"unit where they have none; got {', '.join(told)}."
-            )
+        told, names = getattr(batch.subject.labels, part), [name_of(x) for x in own]
+        for x, y in zip(own, told, strict=False):
+            if unit_of(x) not in ("", unit_of(y)) or name_of(y) in {*names} - {name_of(x)}:
+                raise InputError(
+                    f"{path}: expected a label of {part} for the column {x!r}, in its unit and "
+                    f"with no other's name; got {y!r}."
+                )
     return batch
 
 
