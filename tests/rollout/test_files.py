@@ -129,10 +129,10 @@ def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
     assert load_rollouts(tmp_path, GRID).subject.labels.heading == 0
     given = load_rollouts(tmp_path, GRID, labels={"k": ("a [m/s]", "angle [rad]")}).labels
     assert given == (*names[:2], ("a [m/s]", "angle [rad]"))
-    for first in ("speed [km/h]", "speed", "angle [m/s]"):
-        said = re.escape(f"'speed [m/s]', in its unit and with no other's name; got '{first}'")
+    for k in (("speed [km/h]", "angle"), ("speed", "angle"), ("angle [m/s]", "speed [rad]")):
+        said = re.escape(f"'speed [m/s]', in its unit and with no other's name; got '{k[0]}'")
         with pytest.raises(InputError, match=said):
-            load_rollouts(tmp_path, GRID, labels={"k": (first, "angle [rad]")})
+            load_rollouts(tmp_path, GRID, labels={"k": k})
     np.savetxt(tmp_path / "q.csv", batch.q, header="heading", **head)
     given = {"q": "heading [rad]", "k": names[2]}  # the file says no unit, or the same
     assert load_rollouts(tmp_path, GRID, labels=given).labels == names

@@ -55,8 +55,8 @@ def load_rollouts(
     point by point: x, y of the first, x, y of the second. Positions are made relative to
     where the first point of each run starts. rotation: declared behaviour of the heading, as of a
     system. labels: names of coordinates, as {"k": ("speed [m/s]", ...)}; where a file has its own,
-    in their units. given: parameters that are measured at the start of
-    a run and not chosen, by name or number. Runs with NaN stay.
+    in their units. given: parameters that are measured at the start of a run and not chosen,
+    by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
     path = Path(path)
