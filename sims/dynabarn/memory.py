@@ -9,6 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sims.dynabarn.worlds import half_of, numbers, turned, world
 
@@ -20,6 +21,7 @@ BUILT = 1.0  # [s] for which what was seen last is not looked through
 WALKS = 3.0  # [m/s] who is faster was not seen walking: it vanished, and appeared elsewhere
 ROUNDS = 4  # of a loop that is known: who vanishes appears again
 BEFORE = -1e6  # [s] when somebody walked the ways of other worlds
+APART = 0.4  # [m] at most between points by which pieces are looked up
 
 
 @dataclass(eq=False)
@@ -71,10 +73,26 @@ class Pieces(NamedTuple):
     way: np.ndarray
 
 
+class Known(NamedTuple):
+    """Ways, their pieces, and points of these: a tree, and of which piece each is."""
+
+    ways: list[Way]
+    pieces: Pieces
+    tree: cKDTree
+    piece: np.ndarray
+
+    def near(self, here: complex) -> Pieces:
+        """All pieces that come within BESIDE of a place, and some more."""
+        reach = np.hypot(APART / 2, BESIDE) + 1e-6
+        points = self.tree.query_ball_point([here.real, here.imag], reach)
+        found = np.unique(self.piece[points])
+        return Pieces(*(of[found] for of in self.pieces))
+
+
 @cache
-def ways_of(half: int) -> tuple[list[Way], Pieces]:
-    """Who walks in the worlds of a half, each way once, turned and mirrored in all eight ways, and
-    the pieces of these.
+def known(half: int | None) -> Known:
+    """Who walks in the worlds of a half, each way once, turned and mirrored in all eight ways;
+    nobody without a half.
     """
     tracks = {
         track.places.tobytes(): track
@@ -87,15 +105,21 @@ def ways_of(half: int) -> tuple[list[Way], Pieces]:
         for track in tracks.values()
         for turn in turned()
     ]
-    return ways, _pieces(ways)
+    pieces = _pieces(ways)
+    steps = np.ceil(np.abs(pieces.walked) / APART).astype(int) + 1
+    piece = np.repeat(np.arange(len(steps)), steps)
+    step = np.arange(len(piece)) - np.repeat(np.cumsum(steps) - steps, steps)
+    share = step / np.maximum(steps[piece] - 1, 1)
+    points = pieces.first[piece] + share * pieces.walked[piece]
+    return Known(ways, pieces, cKDTree(np.stack([points.real, points.imag], axis=1)), piece)
 
 
 class Memory:
     """All ways seen so far, and those of a half of the worlds, if any."""
 
     def __init__(self, half: int | None = None):
-        self._ways, self._known = ([], _pieces([])) if half is None else ways_of(half)
-        self._ways, self._seen = list(self._ways), len(self._ways)
+        self._known = known(half)
+        self._ways, self._seen = list(self._known.ways), len(self._known.ways)
         self._until = -np.inf
 
     def begin(self) -> Way:
@@ -112,15 +136,20 @@ class Memory:
         times, places = way.lately()
         now, here = times[-1], places[-1]
         if now > self._until:
-            seen = _pieces(self._ways[self._seen :], self._seen)
-            both = zip(self._known, seen, strict=True)
-            self._pieces, self._until = Pieces(*map(np.concatenate, both)), now + BUILT
-        of = self._pieces
+            self._pieces = _pieces(self._ways[self._seen :], self._seen)
+            self._until = now + BUILT
+        both = zip(self._known.near(here), self._pieces, strict=True)
+        of = Pieces(*map(np.concatenate, both))
         along = ((here - of.first) * of.walked.conj()).real
         share = np.clip(along / np.maximum(np.abs(of.walked) ** 2, 1e-9), 0.0, 1.0)
         likely = (np.abs(here - of.first - share * of.walked) <= BESIDE) & (of.since <= now - LEAST)
         if now - times[0] < BRIEF:
             likely &= of.way >= self._seen
+        # on its piece it was beside as well: few are left, of which all is compared
+        earliest = np.searchsorted(times, now - share * of.took - 1e-9)
+        back = share - (now - times[earliest]) / np.maximum(of.took, 1e-9)
+        there = of.first + back * of.walked
+        likely &= np.abs(there - places[earliest]) <= BESIDE + 1e-6
         best, nearest = None, BESIDE
         for i in np.flatnonzero(likely):
             like, ago = self._ways[of.way[i]], now - of.since[i] - share[i] * of.took[i]
