@@ -164,7 +164,8 @@ class BatchShield:
         given = jnp.where(jnp.isfinite(seen.given), seen.given, 0.0)
         none = UnderWay(k, seen.pose, zero, zero, given, zero > 0, zero > 0, self._content)
         new, _, reason = self._decide(none, seen, k[:, self._chosen])
-        return new.replace(certified=reason == 0)
+        # of no weak type, or `step` would be compiled twice
+        return new.replace(certified=(reason == 0).astype(bool))
 
     def step(
         self, under_way: UnderWay, pose: Any, given: Any, corners: Any, active: Any, action: Any
