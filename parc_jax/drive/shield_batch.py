@@ -166,7 +166,8 @@ class BatchShield:
         given = jnp.where(jnp.isfinite(seen.given), seen.given, 0.0)
         none = UnderWay(k, seen.pose, zero, zero, given, zero > 0, zero > 0, self._content)
         new, _, reason = self._decide(none, seen, k[:, self._chosen])
-        return new.replace(certified=reason == 0)
+        # of no weak type, or `step` would be compiled twice
+        return new.replace(certified=(reason == 0).astype(bool))
 
     def step(
         self, under_way: UnderWay, pose: Any, given: Any, corners: Any, active: Any, action: Any
@@ -333,14 +334,12 @@ class BatchShield:
         around = ErrorBox(jnp.asarray(tube.interval)[found.bin][:, None])
         away = pairs.away(path, around) - 4 * slack
         if n:
-            o = jax.lax.top_k(-away, n)[1]
-            over_time = jax.vmap(segment.separation, (0, 0, None, None))
-            gaps = jax.vmap(over_time, (None, None, 0, 0))
-            gap, w = gaps(path[:-1], path[1:], pairs.vertices[o], pairs.radius[o])
-            taken = tube.during(found.bin).support(-w[:, :, None])[..., 0]
-            gap = gap - taken - slack * jnp.abs(w).sum(axis=-1)
-            gap = least(jnp.where(pairs.active[o], gap, jnp.inf), axis=1)
-            away = away.at[o].max(gap)
+            o, errors = jax.lax.top_k(-away, n)[1], tube.during(found.bin)
+            gaps = jax.vmap(segment.separation, (None, None, 0, 0))  # of all intervals
+            gap, w = gaps(path[:-1].T, path[1:].T, pairs.vertices[o][..., None], pairs.radius[o])
+            taken = jax.vmap(errors.support_by_axis)(-w[..., None])[..., 0]
+            gap = gap - taken - slack * jnp.abs(w).sum(axis=1)
+            away = away.at[o].max(least(jnp.where(pairs.active[o], gap, jnp.inf), axis=1))
         return jnp.where(inside, least(away) if len(away) else jnp.inf, -jnp.inf)
 
     def _scene(self, seen: Seen) -> SceneArrays:

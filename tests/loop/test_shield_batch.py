@@ -272,3 +272,6 @@ def test_what_comes_in_float32_is_computed_in_float64(batch):
     for under_way in (one, new):  # the same kind, so that a loop may carry it
         numbers = under_way.k, under_way.pose, under_way.given, under_way.clearance, driven.action
         assert all(x.dtype == np.float64 for x in numbers)
+    # to the type of its numbers: else a compiled step would be compiled again for its own results
+    kinds = [[(x.shape, x.dtype, x.weak_type) for x in jax.tree.leaves(of)] for of in (one, new)]
+    assert kinds[0] == kinds[1]

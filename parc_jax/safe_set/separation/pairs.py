@@ -28,6 +28,7 @@ from parc_jax.learning.network.predict import Layout, by_point
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.separation import distance, segment
+from parc_jax.safe_set.separation.inequality import height
 
 FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left open
 
@@ -119,30 +120,28 @@ class Obstacles:
         return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
 
     def box_gaps(self, path: Path, errors: ErrorSet):
-        """(o, T, n_p) [m] gap along each axis, negative where they overlap, between boxes around
+        """(n_p, o, T) [m] gap along each axis, negative where they overlap, between boxes around
         all points and around the obstacle, without the radius. Kernel.
         """
         n_p = self.vertices.shape[-1]
-        places = by_point(path, path.shape[-1] // n_p)
+        places = jnp.moveaxis(by_point(path, path.shape[-1] // n_p), -1, 0)
         axes = jnp.eye(n_p, dtype=path.dtype)[:, None, None]
-        over = jnp.moveaxis(errors.support(axes), 0, -1)
-        under = jnp.moveaxis(errors.support(-axes), 0, -1)
+        over, under = errors.support(axes), errors.support(-axes)
         # the way between two knots is straight: the boxes at both ends hold it
-        lo = least(jnp.minimum(places[:-1], places[1:]) - under, axis=1)
-        hi = most(jnp.maximum(places[:-1], places[1:]) + over, axis=1)
+        lo = least(jnp.minimum(places[:, :-1], places[:, 1:]) - under, axis=2)[:, None]
+        hi = most(jnp.maximum(places[:, :-1], places[:, 1:]) + over, axis=2)[:, None]
         vertices = jnp.asarray(self.vertices)
-        below, above = least(vertices, axis=1)[:, None], most(vertices, axis=1)[:, None]
-        return jnp.maximum(lo[None] - above, below - hi[None])
+        below, above = least(vertices, axis=1).T[..., None], most(vertices, axis=1).T[..., None]
+        return jnp.maximum(lo - above, below - hi)
 
     def away(self, path: Path, errors: ErrorSet):
         """(o,) [m] lower bound of the gaps of each pair, up to rounding, from boxes around all
         points and around the obstacle; -inf where these overlap. Kernel.
         """
         apart = jnp.maximum(self.box_gaps(path, errors), 0.0)
-        distance = jnp.sqrt(dot(apart, apart))
+        square = least(jnp.where(self.active, height(apart, apart), jnp.inf), axis=1)
         # boxes that overlap say nothing of what is inside them
-        known = jnp.where(distance > 0, distance, -jnp.inf)
-        return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius
+        return jnp.where(square > 0, jnp.sqrt(square), -jnp.inf) - self.radius
 
     def gap(self, o: Index, start: Knot, end: Knot, errors: ErrorSet):
         """The same for one pair, interval: knots start, end, errors (n_points,). Kernel, host."""
@@ -174,8 +173,9 @@ class Pair(NamedTuple):
         (T, n_points). until: [m], as of `distance.separations`.
         """
         if self.closed:
-            polygons = self.vertices[None] + self.signs[None] * errors.half[:, 0, None]
-            return segment.separations(path[:-1], path[1:], polygons, self.radius)
+            polygons = self.vertices[..., None] + self.signs[..., None] * errors.half[:, 0].T[None]
+            gap, w = segment.separation(path[:-1].T, path[1:].T, polygons, self.radius)
+            return gap, w.T
         near, allowed = self._own(path, errors)
         ends = None if until is None else (self.active, until)
         return distance.separations(near[:-1], near[1:], allowed, self.vertices, self.radius, ends)

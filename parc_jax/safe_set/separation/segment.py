@@ -10,68 +10,69 @@ is that of the support inequality along the chosen one.
 from fractions import Fraction
 from types import ModuleType
 
-import jax
 import jax.numpy as jnp
-from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import most
 from parc_jax.common.sets.rational import Point
-from parc_jax.common.shapes import Scalar, Vector, Vectors
-from parc_jax.safe_set.separation.inequality import excess, height
+from parc_jax.common.shapes import Indices, Scalar
+from parc_jax.safe_set.separation.inequality import Array, excess, height
 
 # [m] A direction that is no longer proposes nothing: its square would be subnormal and its length,
 # and with it the gap, wrong by far more than rounding.
 SHORTEST = 2.0**-480
 
 
-def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: ModuleType = jnp):
-    """Gap [m] and unit direction (2,) of segment [pa, pb] from polygon + disc; gap > 0 proves they
-    are disjoint.
+def separation(pa: Array, pb: Array, corners: Array, radius: Scalar, xp: ModuleType = jnp):
+    """Gap (*b) [m], unit direction (2, *b) of segments to polygon + disc; > 0 proves them apart.
 
-    corners: counter-clockwise, repeated corners allowed. The gap is the exact distance when
-    positive, up to rounding; a touching or overlapping pair gives gap <= 0 up to rounding. xp:
-    jax.numpy, or numpy for a single pair on the host, where compiling would cost more.
+    pa, pb (2, *b); corners (v, 2, *b), counter-clockwise, some repeated. Axis b is the fast one:
+    time. The gap is the exact distance when positive, up to rounding, and of a pair that touches
+    not positive. xp: jax.numpy, or numpy for a single pair on the host, where compiling costs more.
     """
     edges = xp.roll(corners, -1, axis=0) - corners
-    normals = xp.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    normals = _unit(xp.stack([edges[:, 1], -edges[:, 0]], axis=1), xp)
     along = pb - pa
     across = xp.stack([-along[1], along[0]])
-    nearest = _nearest(pa, along, corners, xp)
-    tips = xp.stack([across, -across, nearest])
-    w = _unit(xp.concatenate([normals, tips]), xp)
-    of_tips = xp.max(dot2(w[len(corners) :, None], corners[None]), axis=1)
-    support = xp.concatenate([dot2(corners, w[: len(corners)]), of_tips])
-    gaps = excess((height(w.T, pa), height(w.T, pb)), support)
-    gaps = xp.where(
-        xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf
-    )  # a repeated corner has no edge normal
-    w = w[xp.argmax(gaps)]
-    gap = excess((height(w, pa), height(w, pb)), most(height(w, corners.T)))
+    tips = _unit(xp.stack([across, -across, _nearest(pa, along, corners, xp)]), xp)
+    gaps = _gaps(normals, pa, pb, dot2(corners, normals), xp)
+    gap, w = gaps.max(axis=0), _row(gaps.argmax(axis=0), normals, xp)
+    for tip in tips:
+        other = _gaps(tip[None], pa, pb, dot2(corners, tip[None]).max(axis=0)[None], xp)[0]
+        gap, w = xp.maximum(gap, other), xp.where(other > gap, tip, w)
+    gap = excess((height(w, pa), height(w, pb)), most(dot2(corners, w[None]), axis=0))
     return gap - radius, w
 
 
-def dot2(a: Float[ArrayLike, "*#b 2"], b: Float[ArrayLike, "*#b 2"]):
-    """Row-wise dot in the plane, written out: it fuses, and is no reduced-precision matmul."""
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+def dot2(a: Array, b: Array):
+    """(n, *b) of rows (n, 2, *b), written out: it fuses, and is no reduced-precision matmul."""
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
 
 
-def _nearest(pa: Vector, along: Vector, corners: Vectors, xp: ModuleType):
-    """Vector from the nearest corner to its closest point of the segment."""
-    length = along[0] * along[0] + along[1] * along[1]
-    share = xp.clip(dot2(corners - pa[None], along[None]) / xp.where(length > 0, length, 1), 0, 1)
-    offset = pa[None] + share[:, None] * along[None] - corners
-    return offset[xp.argmin(dot2(offset, offset))]
+def _gaps(w: Array, pa: Array, pb: Array, support: Array, xp: ModuleType):
+    """(n, *b) along directions w (n, 2, *b), without the radius."""
+    gaps = excess((dot2(w, pa[None]), dot2(w, pb[None])), support)
+    return xp.where(xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf)  # a repeated corner has no normal
 
 
-def _unit(w: Vectors, xp: ModuleType):
-    """Rows of length one; a row no longer than SHORTEST becomes zero."""
+def _row(i: Indices, rows: Array, xp: ModuleType):
+    """Row i (*b) of rows (n, 2, *b). A gather would read number by number."""
+    chosen = xp.arange(len(rows)).reshape(-1, *[1] * i.ndim) == i[None]
+    return xp.where(chosen[:, None], rows, 0.0).sum(axis=0)
+
+
+def _nearest(pa: Array, along: Array, corners: Array, xp: ModuleType):
+    """(2, *b) from the nearest corner to its closest point of the segment."""
+    length = height(along, along)
+    share = dot2(corners - pa[None], along[None]) / xp.where(length > 0, length, 1)[None]
+    offset = pa[None] + xp.clip(share, 0, 1)[:, None] * along[None] - corners
+    return _row(dot2(offset, offset).argmin(axis=0), offset, xp)
+
+
+def _unit(w: Array, xp: ModuleType):
+    """Rows (n, 2, *b) of length one; a row no longer than SHORTEST becomes zero."""
     square = dot2(w, w)
     long = square > SHORTEST**2
-    length = xp.sqrt(xp.where(long, square, 1))
-    return xp.where(long, 1, 0)[:, None] * w / length[:, None]
-
-
-separations = jax.vmap(separation, in_axes=(0, 0, 0, None))  # over time
+    return xp.where(long, 1, 0)[:, None] * w / xp.sqrt(xp.where(long, square, 1))[:, None]
 
 
 def signed_corners(polygon: list[Point]) -> list[tuple]:

@@ -58,7 +58,7 @@ def _rooms(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0: Vector, k: Para
 
     # what boxes leave is a lower bound, and enough where it is positive: a search costs much
     active, radius = jnp.asarray(scene.obstacles.active), jnp.asarray(scene.obstacles.radius)
-    boxes = scene.obstacles.box_gaps(seen.path, errors).max(axis=2) - radius[:, None] - scene.slack
+    boxes = scene.obstacles.box_gaps(seen.path, errors).max(axis=0) - radius[:, None] - scene.slack
     boxes = jnp.where(active, jnp.where(boxes == boxes, boxes, -jnp.inf), jnp.inf)
     near = jnp.argsort(boxes.min(axis=1))
 
