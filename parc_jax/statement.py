@@ -16,6 +16,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS, TimeGrid
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem
+from parc_jax.problem.robust.pose import Pose
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.search import Share
@@ -341,17 +342,23 @@ def summary(answer, drawn: str) -> str:
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
 
 
+def about_scene(pose: Pose | None, problem: Problem, model: TrajectoryModel) -> str:
+    """What a question is of, in the words of the checker, which reads the same part, and what the
+    numbers of its plans are.
+    """
+    starts = "any p0" if pose is None else "one start"
+    numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(model.labels.k))
+    where = f"{', '.join(model.labels.p)} of reference point 0 at the start"
+    scene = scene_of(problem_part(problem, model), starts)
+    return f"It is of {scene}. Of a plan (p0, k), p0 is {where}; {numbers}."
+
+
 def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     uncertainty, claim = asked.uncertainty, answer.model.claim
     tube = [about_pose(asked.pose, (asked.query or asked).model)]
-    # in the words of the checker, which reads the same part
-    starts = "any p0" if asked.pose is None else "one start"
-    scene = f"It is of {scene_of(problem_part(answer.problem, answer.model), starts)}."
-    numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(answer.model.labels.k))
-    where = f"{', '.join(answer.model.labels.p)} of reference point 0 at the start"
-    scene += f" Of a plan (p0, k), p0 is {where}; {numbers}."
+    scene = about_scene(asked.pose, answer.problem, answer.model)
     obstacles = about_obstacles(asked.problem, answer.model.time)
     scene = " ".join(filter(None, [scene, about_points(asked.problem), obstacles]))
     if answer.status.found and uncertainty is not None:

@@ -135,7 +135,9 @@ class BlackBoxSystem(System, Protocol):
     """
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
-        """Run from rest at the origin with parameters k (n_k,). All randomness comes from `key`."""
+        """Run from rest at the origin, heading along x if it has one, with parameters k (n_k,).
+        All randomness comes from `key`.
+        """
         ...
 
 

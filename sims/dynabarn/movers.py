@@ -52,8 +52,8 @@ def most(off: float) -> float:
 @cache
 def model(half: int, off: float = SEEN) -> pj.types.TrajectoryModel:
     """For movers of worlds of the other half, seen within off [m]: the network that comes along,
-    bounded by tracks that it has not seen. Training rounds elsewhere on another processor, and then
-    every drive is another one.
+    bounded by other tracks, some of which walk a way of these. Training rounds elsewhere on
+    another processor, and then every drive is another one.
     """
     train, held = runs_of(half, off)
     net = network(half, off)

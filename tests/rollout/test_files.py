@@ -163,8 +163,9 @@ def test_columns_of_several_points_are_theirs_and_in_metres(batch, tmp_path):
     for header, sentence in (
         ("front x [m],front y [m],front left x [mm],front left y [mm]", "front left x in .m."),
         ("front x (mm),front y (mm),front left x (mm),front left y (mm)", r"front x \(mm\) in .m."),
-        ("front_left_x,front_left_y,front_x,front_y", "front left; got 'front_left_x' for front"),
-        ("front x,front left x,front y,front left y", "front left; got 'front left x' for front"),
+        ("front_left_x,front_left_y,front_x,front_y", "got 'front_left_x' for x of front"),
+        ("front x,front left x,front y,front left y", "got 'front left x' for y of front"),
+        ("front y,front x,front left y,front left x", "got 'front y' for x of front"),
     ):
         with pytest.raises(InputError, match=sentence):
             load(header)
@@ -239,24 +240,6 @@ def test_arguments_that_contradict_the_file_are_refused(batch, tmp_path):
     for name, other in {"groups": np.arange(batch.n), "points": ("nose", "tail")}.items():
         with pytest.raises(InputError, match=f"expected no {name}=, or those of the file"):
             load_rollouts(path, GRID, **{name: other})
-
-
-def test_a_log_whose_points_begin_with_another_heading_is_refused(batch, tmp_path):
-    """Told in a map's frame: a model of it would be of runs that begin along x."""
-    turn = np.linspace(0, 1, batch.p.shape[1]) * batch.k[:, 1:]  # of the body, from its begin on
-
-    def load(begin, far=0.4):
-        angle = turn + begin
-        across = far * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        p = np.stack([batch.p, batch.p + across], axis=2)
-        np.savez(tmp_path / "log.npz", k=batch.k, p=p, q=angle[:, -1:])
-        about = {"points": ("rear", "front"), "rotation": ("turns",)}
-        return load_rollouts(tmp_path / "log.npz", GRID, **about)
-
-    assert load(0.0).rotation == load(0.1).rotation == load(2.0, far=1e-4).rotation == ("turns",)
-    for begin, said in ((np.pi / 2, "1.57 rad"), (np.linspace(0, 5, batch.n)[:, None], " rad")):
-        with pytest.raises(InputError, match=f"by rear and front they begin with .*{said}"):
-            load(begin)
 
 
 def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):

@@ -8,7 +8,6 @@ import jax
 import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
-from parc_jax.checker.answer import scene_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.options import check_count
@@ -40,10 +39,9 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System
-from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
-from parc_jax.statement import about_obstacles, about_points, about_pose
+from parc_jax.statement import about_obstacles, about_points, about_pose, about_scene
 
 
 @dataclass(frozen=True)
@@ -220,7 +218,7 @@ class Choice:
         lines = [
             f"The plan chosen: p0 = ({start}), k = ({k}).",
             about_pose(self.scene.nominal.pose, self.model),
-            f"It is of {scene_of(problem_part(problem, self.model))}.",
+            about_scene(self.scene.nominal.pose, problem, self.model),
             about_points(problem),
             about_obstacles(problem, self.model.time),
             self.tested.details() if self.tested else f"This very plan: {unrun}",

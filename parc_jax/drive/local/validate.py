@@ -31,7 +31,7 @@ from parc_jax.drive.local.trials import (
     run_once,
 )
 from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Validation
-from parc_jax.learning.bound.calibrate import lost_among
+from parc_jax.learning.bound.calibrate import BEGINS, begins, lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
 from parc_jax.learning.bound.fresh import SEEN, entry_of, freshness_of, ledger_of, left_out_beside
@@ -193,6 +193,9 @@ def _accepted_model(
         evidence |= {"left_out": gaps} if gaps else {}
         fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
         more = (UNSEEN, *look.ledger[1:], *fresh)
+        about = model.claim.subject
+        if about.rotation is not None and not begins(about):  # they are logged, its runs were not
+            more += (BEGINS,)
         if model.claim.subject.unordered(source.subject):
             more += ("ORDER_OF_K(that of the model; not all have names)",)
     else:

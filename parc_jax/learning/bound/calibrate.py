@@ -35,6 +35,7 @@ from parc_jax.learning.runs.law import LOG, Subject
 _OUTWARD = 1 + 2.0**-48
 _SHOWN = 32  # largest scores kept as evidence
 SIZES = (0, 1, 3, 7, 15, 31)  # discards of the claims that one holdout supports beside its own
+BEGINS = "BEGINS_WITH_HEADING_0"
 
 
 def calibrate(
@@ -238,16 +239,20 @@ def about_left_out(gone: int, how: str = "") -> list[str]:
     return [f"LEFT_OUT({gone:,} of their log{how})"] * bool(gone)
 
 
+def begins(about: Subject) -> list[str]:
+    """The assumption about the frames of logged runs that turn; none about others."""
+    return [BEGINS] * (about.rotation is not None and about.system.startswith(LOG))
+
+
 def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
     """Assumptions of every sentence about runs. lost: (n,) as of `Scores`. gone: rows left out."""
     names = [name_of(about.labels.k[axis]) for axis in about.given]
-    logged = about.rotation is not None and about.system.startswith(LOG)
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
         *about_left_out(gone, ", by k alone or independent of the run"),
         *invariances(about.rotation),
-        *["BEGINS_WITH_HEADING_0"] * logged,
+        *begins(about),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]
         *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
         between,

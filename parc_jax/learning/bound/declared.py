@@ -7,7 +7,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.bins import Bins
-from parc_jax.learning.bound.calibrate import about_left_out
+from parc_jax.learning.bound.calibrate import about_left_out, begins
 from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.fresh import left_out, names_of
@@ -48,7 +48,13 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         discard=failed,
         looks=1,
         law=train.law,
-        assumptions=(_HOLDS, *about_left_out(gone), *invariances(train.rotation), between),
+        assumptions=(
+            _HOLDS,
+            *about_left_out(gone),
+            *invariances(train.rotation),
+            *begins(train.subject),
+            between,
+        ),
         evidence={"failed": failed, "training": names_of(train)}
         | ({"left_out": gone} if gone else {}),
     )

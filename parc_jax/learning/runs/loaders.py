@@ -18,8 +18,6 @@ from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec
 from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
-APART = 0.01  # [m] two points that are nearer to each other show no heading
-ASKEW = 0.5  # [rad] that runs begin with, in the median, and more is refused; a trailer may turn
 K_LAWS = ("logged", "uniform")
 
 
@@ -139,7 +137,7 @@ def _assemble(
     for part, own in read.items():
         told, names = getattr(batch.subject.labels, part), [name_of(x) for x in own]
         for x, y in zip(own, told, strict=False):
-            if unit_of(x) not in ("", unit_of(y)) or name_of(y) in {*names} - {name_of(x)}:
+            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in {*names} - {name_of(x)}:
                 raise InputError(
                     f"{path}: expected a label of {part} for the column {x!r}, in its unit and "
                     f"with no other's name; got {y!r}."
@@ -149,14 +147,18 @@ def _assemble(
 
 def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
     """Refuse names of columns that are in no metres, or of another point. Raises InputError."""
-    words = {text: re.sub(r"[\W_]+", " ", f" {text.lower()} ") for text in (*columns, *points)}
+    words = {x: re.sub(r"[\W_]+", " ", f" {name_of(x).lower()} ") for x in (*columns, *points)}
+    n_p = len(columns) // len(points)
     for i, column in enumerate(columns):
-        own = points[i * len(points) // len(columns)]
+        own = points[i // n_p]
         said = [name for name in points if words[name] in words[column]]
-        if said and own != max(said, key=len):
+        axes = [axis for axis in "xyz" if f" {axis} " in words[column] and axis not in points]
+        other = n_p > 1 and axes and axes != ["xyz"[i % n_p]]
+        if other or (said and own != max(said, key=len)):
             raise InputError(
                 f"{path}: expected columns point by point in the order of points, "
-                f"{', '.join(points)}; got {column!r} for {own}."
+                f"{', '.join(points)}, of each x, y, z; got {column!r} for {'xyz'[i % n_p]} of "
+                f"{own}."
             )
         require_unit(column, "m")
 
@@ -206,7 +208,7 @@ def recorded(
 
 
 def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
-    """Refuse headings that are seen not to be in rad, or not from 0 on. Raises InputError."""
+    """Refuse headings that are seen not to be in rad. Raises InputError."""
     runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
         largest = np.abs(q).max(initial=0.0)
@@ -215,16 +217,6 @@ def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
                 f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
             )
-        if word == TURNS and len(runs.points) > 1:
-            x, y = np.moveaxis(runs.p[:, [0, -1], 2:4] - runs.p[:, [0, -1], :2], 2, 0)
-            turn = np.exp(1j * (q - np.diff(np.arctan2(y, x))[:, 0]))
-            off = np.abs(np.angle(turn[(np.hypot(x, y) >= APART).all(axis=1)]))
-            if len(off) and np.median(off) > ASKEW:
-                raise InputError(
-                    f"{owner}: expected runs that begin with heading 0, along x; by "
-                    f"{' and '.join(runs.points[:2])} they begin with {np.median(off):.3g} rad, in "
-                    "the median. Turn each run by its heading then, and take that off its q."
-                )
 
 
 def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
