@@ -198,7 +198,7 @@ def costs(tried: Tried) -> float:
 
 
 def led(way: Way, n: int, spread: float, draw) -> tuple[np.ndarray, np.ndarray]:
-    """Poses (2 n, 3) from which manoeuvres like those of a way lead to where these end, and to
+    """Poses (2 n, 3) from which manoeuvres like those of a way lead to where these end, and those to
     which such lead from where these begin; and their orders.
     """
     i = np.minimum(draw.integers(len(way.k) + LASTS, size=n), len(way.k) - 1)
