@@ -23,7 +23,7 @@ from sims.parking.kinematics import (
     steering,
 )
 from sims.parking.known import Exact, Known
-from sims.parking.quicker import FAR, NEAR, SINGLE, Quicker, costs
+from sims.parking.quicker import SINGLE, Quicker, costs
 from sims.parking.space import BORDER, LIKED, TIGHT, Space
 from sims.parking.way import Way, lasts
 
@@ -47,7 +47,6 @@ GREEDY = (
 )
 BUDGET = 15_000  # poses followed in all searches of a case
 DRAWS = (1, 2, 3)  # seeds of quicker ways where there is time, before the car drives at all
-KEPT = 3  # of these, the quickest after the rounds far from them, that are followed up
 
 
 class Node(NamedTuple):
@@ -107,16 +106,14 @@ class Guide:
         quickest is told; of several, those of a car without errors are among them.
         """
         start = self.case.start if start is None else np.asarray(start, float)
-        way = self.first(start, wheels)
+        way, ways = self.first(start, wheels), []
         if way is None:
             return None
         maker = Quicker(self.space, self._known, self._rolling, start, wheels)
         firsts = [way, *(self._bolder(way, start, wheels) if len(draws) > 1 else [])]
-        ways = [(maker.quicker(one, draw, FAR), draw) for one, draw in product(firsts, draws)]
-        best = sorted(ways, key=lambda one: costs(one[0]))[:KEPT]
-        ways = [maker.quicker(one.way, draw, NEAR) for one, draw in best]
-        if tried:
-            ways = [tried(one, start, wheels) for one in ways]
+        for first, draw in product(firsts, draws):
+            quick = maker.quicker(first, draw)
+            ways.append(tried(quick, start, wheels) if tried else quick)
         return min(ways, key=costs).way
 
     def first(self, start: np.ndarray, wheels: float = 0.0) -> Way | None:

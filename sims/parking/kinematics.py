@@ -8,11 +8,8 @@ from sims.parking import car as c
 
 # no farther to the edges of K than this: few runs come from there, so the network is worst there
 LONGEST, MOST = 0.97 * c.WAY, 0.9  # [m], and share of the steering
-# [m, rad] from a target: there; and near enough to stop
-THERE, SURELY = 0.003, 3e-4
-# likewise too far before each of the first steps, and before each later one; of many that are
-# tried, of which few lead there, all but one in a thousand of those that do are nearer
-PATIENT, HASTY = (*[np.inf] * 4, 0.1), (1.0, 0.1, 0.005)
+# [m, rad] from a target: there; near enough to stop; and too far after 4 of 8 steps
+THERE, SURELY, HOPELESS = 0.003, 3e-4, 0.1
 PARTS = 16  # arcs of which a way is made, at least
 UPTO = c.LEAVE / c.SHARES  # share of the way from whose end on the car may roll into the next one
 SAMPLED = 0.3  # [m] of way between poses that are looked at
@@ -86,15 +83,6 @@ def offset_from(pose: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.stack([cos * x + sin * y, cos * y - sin * x, turned], axis=-1)
 
 
-def beside(turned: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """(..., 2) half widths [m] of boxes around boxes of half widths (..., 2), along axes that are
-    turned by so much [rad] from theirs.
-    """
-    cos, sin = np.abs(np.cos(turned)), np.abs(np.sin(turned))
-    x, y = half[..., 0], half[..., 1]
-    return np.stack([cos * x + sin * y, sin * x + cos * y], axis=-1)
-
-
 def seconds(k: np.ndarray, begins=0.0) -> np.ndarray:
     """(b,) [s] that manoeuvres k (b, 3) drive, brake included. begins: [m/s] at their start."""
     return planned(k, begins).lasts + c.CREEP + c.SETTLE
@@ -113,10 +101,10 @@ def planned(k: np.ndarray, begins=0.0) -> c.Plan:
 
 
 def reach_exactly(
-    targets: np.ndarray, k: np.ndarray, predict=ends, hopeless=PATIENT
+    targets: np.ndarray, k: np.ndarray, predict=ends
 ) -> tuple[np.ndarray, np.ndarray]:
     """Manoeuvres (b, 3) from the origin that end at targets (b, 3), near k (b, 3), by Newton's
-    method; and (b,) whether they do. predict: as `ends`; hopeless: [m, rad] as of PATIENT.
+    method; and (b,) whether they do. predict: as `ends`.
     """
     step, most = np.diag([1e-3, 1e-3, 1e-3]), np.array([LONGEST, MOST, MOST])
     k, going = k.copy(), np.arange(len(k))
@@ -127,7 +115,7 @@ def reach_exactly(
         end = predict(around.reshape(-1, 3))[:, -1].reshape(-1, 4, 3)
         off = end[:, 0] - targets[going]
         wrong = np.abs(off).max(axis=1)
-        some = (wrong > SURELY) & (wrong < hopeless[min(i, len(hopeless) - 1)])
+        some = (wrong > SURELY) & ((wrong < HOPELESS) | (i < 4))
         going, off, end = going[some], off[some], end[some]
         slope = np.moveaxis((end[:, 1:] - end[:, :1]) / 1e-3, 1, 2) + 1e-6 * np.eye(3)
         change = np.linalg.solve(slope, off[..., None])[..., 0]
@@ -149,8 +137,7 @@ def joined(
     bend = target[:, 2] / (upto * way) * c.WHEELBASE / np.tan(c.most_steering(way))
     most = np.array([LONGEST, MOST, MOST])
     k, there = np.clip(np.stack([way, bend, bend], axis=1), -most, most), np.zeros(len(far), bool)
-    found = reach_exactly(target[near], k[near], lambda k: ends(k, 1, upto), HASTY)
-    k[near], there[near] = found
+    k[near], there[near] = reach_exactly(target[near], k[near], lambda k: ends(k, 1, upto))
     return k, there
 
 

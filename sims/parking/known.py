@@ -8,7 +8,7 @@ import numpy as np
 
 import parc_jax as pj
 from sims.parking.cases import GOAL, Case
-from sims.parking.kinematics import beside, compose, ends, offset_from
+from sims.parking.kinematics import compose, offset_from
 from sims.parking.predict import tube_of
 from sims.parking.prove import Moving
 from sims.parking.rehearse import aimed, mended
@@ -65,16 +65,13 @@ class Learned:
         """As of `Exact`: those that leave room in the goal, for their tube and for poses that are
         measured wrongly, and steering to correct.
         """
-        off = np.abs(offset_from(self._goal, aim))
+        off = offset_from(self._goal, aim)
         final = tube_of(self._model, k, begins)[1]
-        # the tube is along the axes where the manoeuvre begins
-        turned = ends(k)[:, 0, 2]
-        place = beside(turned, final[:, :2]) + self._shift
-        place += self._heading * np.abs(k[:, :1])
-        heading = final[:, -1] + self._heading
-        fits = (place < ROOMY * (self._within[0] - off[:2])).all(axis=1)
-        fits &= heading < ROOMY * (self._within[1] - off[2])
-        return fits & (np.abs(k[:, 1:]).max(axis=1) < STEERED)
+        place = np.hypot(final[:, 0], final[:, 1]) + self._shift + self._heading * np.abs(k[:, 0])
+        steered = np.abs(k[:, 1:]).max(axis=1)
+        turned = final[:, -1] + self._heading
+        room, turn = self._within[0] - np.abs(off[:2]).max(), self._within[1] - abs(off[2])
+        return (place < ROOMY * room) & (turned < ROOMY * turn) & (steered < STEERED)
 
     def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> Tried:
         """As of `Exact`, as the network leads along it."""

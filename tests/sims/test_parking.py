@@ -261,29 +261,6 @@ def test_a_way_that_the_car_cannot_roll_along_ends_at_rest_where_it_was_left():
         assert np.abs(there - first).max() < 1e-3  # [m], [rad]
 
 
-def test_manoeuvres_like_those_of_a_way_join_their_poses_with_it():
-    k, n = np.array([[-3.0, 0.5, 0.2], [-1.5, -0.3, 0.4]]), 40
-    first = kinematics.ends(k[:1], 1, kinematics.UPTO)[0, 0]
-    poses = np.array([REST, first, kinematics.compose(first, kinematics.ends(k[1:])[0, 0])])
-    way = Way(k, poses, np.array([True, False]))
-    found, order = quicker.led(way, n, 0.3, np.random.default_rng(0))
-    assert len(found) == len(order) == 2 * n and (0 < order).all() and (order < len(k)).all()
-    met = np.zeros(2 * n, bool)
-    for pose in poses:
-        for upto in (1.0, kinematics.UPTO):
-            aims = np.tile(pose, (n, 1))
-            met[:n] |= kinematics.joined(found[:n], aims, upto)[1]
-            met[n:] |= kinematics.joined(aims, found[n:], upto)[1]
-    assert met.all()
-
-
-def test_what_a_tube_leaves_of_the_goal_is_told_along_its_axes():
-    half = np.array([[0.08, 0.02], [0.05, 0.05], [0.08, 0.02]])
-    turned = np.array([0.0, np.pi / 4, np.pi / 2])
-    around = kinematics.beside(turned, half)
-    assert np.allclose(around, [[0.08, 0.02], [0.05 * 2**0.5] * 2, [0.02, 0.08]])
-
-
 def test_a_last_manoeuvre_that_cannot_correct_all_still_ends_in_the_goal():
     """A stroke of 45 cm brings a car that is 3 cm beside its way back by no more than a few mm, and
     the goal has 10 cm on either side.
