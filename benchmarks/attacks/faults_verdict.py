@@ -114,15 +114,15 @@ VERDICTS = (
     Fault(
         "only_the_first_knot_of_an_interval",
         "Pair.gaps",
-        "[:-1], path[1:]",
-        "[:-1], path[:-1]",
+        "[:-1].T, path[1:].T",
+        "[:-1].T, path[:-1].T",
         "tests/soundness/test_known_plans.py::test_a_thin_obstacle_between_knots_is_seen",
     ),
     Fault(
         "tube_shrinks_obstacles",
         "Pair.gaps",
-        "+ self.signs[None]",
-        "- self.signs[None]",
+        "+ self.signs[..., None]",
+        "- self.signs[..., None]",
         (
             "tests/soundness/test_known_plans.py"
             "::test_a_gap_of_exactly_body_and_tubes_is_refused_and_one_step_more_is_accepted"
