@@ -55,7 +55,7 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     settings = pj.Settings(samples=3, target=0.3)
     answer = pj.Planner(model).solve(MEASURED, KEY, settings)
     said = answer.details()
-    assert ENTRY in said and "v0 = 0.5 (measured)" in said
+    assert ENTRY in said and "v0 = 0.5 m/s (measured)" in said
     path = answer.save(tmp_path / "answer.json")
     told = json.loads(path.read_text())["claim"]
     assert ENTRY in told["assumptions"] and ENTRY in told["statement"]
@@ -146,7 +146,7 @@ def test_what_is_free_is_chosen_with_the_rest():
     rough = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, k={"v0": 0.01}))
     under = query(rough, model).nominal()
     assert under.model.n_k == 2 and under.model.given == ()
-    assert under.uncertainty.words == "every execution with v0 off by up to 0.01"
+    assert under.uncertainty.words == "every execution with v0 off by up to 0.01 m/s"
 
 
 EDGES = [
