@@ -70,7 +70,8 @@ def in_the_way(answer: Answer, words: str = "") -> list[str]:
 
 def asked_of(answer: Answer, claim: str | None) -> str:
     """SHA-256 of the problem of an answer, the pose of its robot and the hash of a claim."""
-    pose = str(answer.scene.nominal.pose)
+    at = answer.scene.nominal.pose
+    pose = at and [*map(exact, at.place), at.heading if at.heading is None else exact(at.heading)]
     return hash_of([claim, pose, problem_part(answer.problem, answer.model)])
 
 
