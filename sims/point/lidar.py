@@ -29,6 +29,8 @@ LATE = 0.55  # share of the velocity at a step's end in its mean: the engine mov
 # [m] by which the middle of a vase turned any way grows, so that HAZARD holds the robot's outline
 TURNED_VASE = np.sqrt(2) * VASE + sensing.OUTLINE - HAZARD
 EIGHT = np.stack([f(np.pi / 4 * np.arange(8)) for f in (np.cos, np.sin)], axis=1)
+QUARTERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+AFTER, BEFORE = np.roll(np.arange(BINS), -1), np.roll(np.arange(BINS), 1)  # of each sector
 
 
 class Places:
@@ -45,34 +47,31 @@ class Places:
         while len(half):
             there = ~ruled_out(middle, half, pose, reading)
             middle, half = middle[there], half[there]
-            away = np.linalg.norm(middle - pose[:2], axis=1)
+            away = np.hypot(*(middle - pose[:2]).T)
             coarse = (away < DETAIL) & (half > LEAST) & (half > SHARE * away)
             kept.append((middle[~coarse], half[~coarse]))
             half = np.repeat(half[coarse] / 2, 4)
-            corners = np.tile(
-                [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]], (sum(coarse), 1)
-            )
+            corners = np.tile(QUARTERS, (len(half) // 4, 1))
             middle = np.repeat(middle[coarse], 4, axis=0) + corners * half[:, None]
         self.middle, self.half = map(np.concatenate, zip(*kept, strict=True))
 
-    def hold(self, place: np.ndarray) -> bool:
-        """Whether one of them may be at a place, up to DRIFT."""
-        off = np.abs(self.middle - place).max(axis=1)
-        return bool((off <= self.half + DRIFT).any())
+    def hold(self, places: np.ndarray) -> np.ndarray:
+        """Whether one of them may be at each of some places (m, 2), up to DRIFT."""
+        x, y = np.abs(places[:, :, None] - self.middle.T).swapaxes(0, 1)
+        return (np.maximum(x, y) <= self.half + DRIFT).any(axis=1)
 
     def near(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Corners (m, 2) of boxes that hold all squares near a place."""
-        off = np.abs(self.middle - place) - self.half[:, None]
-        some = np.linalg.norm(np.maximum(off, 0.0), axis=1) < NEAR
+        x, y = np.maximum(np.abs(self.middle - place).T - self.half, 0.0)
+        some = np.hypot(x, y) < NEAR
         middle, half = self.middle[some], self.half[some, None]
-        block = np.where(half < BLOCK / 2, np.floor(middle / BLOCK), np.round(middle / LEAST, 1))
-        key = np.column_stack([block, half >= BLOCK / 2])
-        _, of = np.unique(key, axis=0, return_inverse=True)
-        n = of.max(initial=-1) + 1
-        lo, hi = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
-        np.minimum.at(lo, of.ravel(), middle - half)
-        np.maximum.at(hi, of.ravel(), middle + half)
-        return lo, hi
+        small = half < BLOCK / 2  # by the block that they are in; each of the others alone
+        block = np.where(small, np.floor(middle / BLOCK), np.round(middle / LEAST))
+        order = np.lexsort([~small[:, 0], *block.T[::-1]])
+        key = np.column_stack([block, small])[order]
+        new = np.flatnonzero((np.diff(key, axis=0, prepend=np.inf) != 0).any(axis=1))
+        lo, hi = (middle - half)[order], (middle + half)[order]
+        return np.minimum.reduceat(lo, new, axis=0), np.maximum.reduceat(hi, new, axis=0)
 
 
 def ruled_out(
@@ -82,6 +81,9 @@ def ruled_out(
     x, y = (middle - pose[:2]).T
     away, grown = np.hypot(x, y), np.sqrt(2) * half + DRIFT
     close = (FAR - away - grown) / FAR - SURE  # of the farthest place of it
+    ruled = close > reading.max()
+    asked = np.flatnonzero((close > reading.min()) & ~ruled)  # others are beyond every reading
+    x, y, away, grown, close = (of[asked] for of in (x, y, away, grown, close))
     width = 2 * np.pi / BINS
     spread = np.arcsin(np.minimum(grown / np.maximum(away, grown), 1.0)) / width + SURE
     angle = (np.arctan2(y, x) - pose[2]) / width
@@ -91,14 +93,14 @@ def ruled_out(
     def told_less(sector, lo, hi):
         """In this sector, between these shares of it."""
         at = sector.astype(int) % BINS
-        own, after, before = reading[at], reading[(at + 1) % BINS], reading[at - 1]
+        own, after, before = reading[at], reading[AFTER[at]], reading[BEFORE[at]]
         return (close > own) | (lo * close > after) | ((1 - hi) * close > before)
 
     whole = sector == end
     one = told_less(sector, first - sector, np.where(whole, last - sector, 1.0))
     other = told_less(end, 0.0, last - end)
-    # over more than two sectors
-    return np.where(end - sector > 1, close > reading.max(), one & (whole | other))
+    ruled[asked] = (end - sector <= 1) & one & (whole | other)  # over more only if by all
+    return ruled
 
 
 def guesses(reading: np.ndarray) -> np.ndarray:
@@ -106,7 +108,7 @@ def guesses(reading: np.ndarray) -> np.ndarray:
     beside it, by the share that the next sector has of it, and by that of the one before. Other
     things may have a part in one of these. For a driver; it proves nothing.
     """
-    after, before = np.roll(reading, -1), np.roll(reading, 1)
+    after, before = reading[AFTER], reading[BEFORE]
     at = np.flatnonzero((reading > 0) & (reading >= after) & (reading >= before))
     away = FAR * (1 - reading[at])
     shares = after[at] / reading[at], 1 - before[at] / reading[at]
@@ -190,10 +192,12 @@ class Memory:
 
     def _guessed(self, known: np.ndarray, reading: np.ndarray, places: Places) -> np.ndarray:
         """What was guessed and is still possible, and what a reading adds."""
-        for place in self._in_world(guesses(reading)):
+        seen = self._in_world(guesses(reading))
+        off = np.linalg.norm(known - seen[:, None], axis=2)
+        for place in seen[~(off < HAZARD / 2).any(axis=1)]:  # seldom one
             if not (np.linalg.norm(known - place, axis=1) < HAZARD / 2).any():
                 known = np.concatenate([known, place[None]])
-        return known[[places.hold(place) for place in known]]
+        return known[places.hold(known)]
 
 
 class WaryGuide(Guide):
