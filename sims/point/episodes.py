@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
+import gymnasium
 import jax
 import numpy as np
 
@@ -30,6 +31,16 @@ from sims.point.together import KITS, Clear, Together, driver_of, outcome
 from sims.point.world import STEPS
 
 
+class Timed(gymnasium.Wrapper):
+    """Tells the processor time [s] of each of its steps."""
+
+    def step(self, action):
+        """As without it."""
+        begin = time.process_time()
+        *told, info = self.env.step(action)
+        return *told, info | {"took": time.process_time() - begin}
+
+
 @cache
 def made(robot: str, level: int, bare: bool, sensed: bool):
     """The environment, once in a process."""
@@ -37,6 +48,7 @@ def made(robot: str, level: int, bare: bool, sensed: bool):
     env, door = kit.goal(level), kit.module.door()
     if sensed:
         env, door = lidar.Remembers(env), lidar.door()
+    env = Timed(env)
     if bare:
         return env
     env = pj.drive.Shield(env, kit.module.model(), **door)
@@ -70,10 +82,12 @@ class Drive:
         known, off = env.get_wrapper_attr("memory") if self.sensed else world, 0.0
         gained, costs, took, changed, reasons = 0.0, [], [], 0, Counter()
         for _ in range(STEPS):
-            action = guide([known if self.policy is None else world])[0]
             begin = time.process_time()
+            action = guide([known if self.policy is None else world])[0]
+            middle = time.process_time()
             _, reward, ended, over, info = env.step(action)
-            took.append(time.process_time() - begin)
+            whole = time.process_time() - middle
+            took.append((whole, whole - info["took"], middle - begin))
             gained += reward
             costs.append(info["cost"])
             if self.sensed:
@@ -88,7 +102,8 @@ class Drive:
         told = {"seed": world_seed, "return": gained, "cost": sum(costs)}
         told |= {"steps_that_cost": sum(cost > 0 for cost in costs), "steps": len(took)}
         told |= {"changed": changed, "stopped": sum(n for why, n in reasons.items() if why)}
-        told["ms"] = [round(1e3 * float(q), 2) for q in np.quantile(took, [0.5, 0.95, 1.0])]
+        ms = np.quantile(1e3 * np.array(took), [0.5, 0.95, 1.0], axis=0).T.round(2).tolist()
+        told |= zip(("ms", "shield_ms", "driver_ms"), ms, strict=True)
         if self.sensed:
             told["odometry_off"] = round(off, 5)
         return outcome(kit, world, None if self.bare else env.commitments, told)
@@ -136,12 +151,12 @@ def about_shield(told: list[dict], creep: str) -> list[str]:
         f"{100 * stopped / steps:.1f} % of steps; {committed:,} commitments",
         f"processor time of a step, simulator included: median {np.median(ms[:, 0]):.3g} ms, 95 % "
         f"{np.median(ms[:, 1]):.3g} ms in the middle episode",
-        f"assumed: creep {creep}",
     ]
-    if own := [one["shield_ms"] for one in told if "shield_ms" in one]:
-        half, most, _ = np.median(own, axis=0)
-        said += [f"of the shield in a batch: median {half:.3g} ms, 95 % {most:.3g} ms"]
-    return said
+    for who, name in (("shield", "shield_ms"), ("driver, which comes before", "driver_ms")):
+        if own := [one[name] for one in told if name in one]:
+            half, most, _ = np.median(own, axis=0)
+            said += [f"of the {who}: median {half:.3g} ms, 95 % {most:.3g} ms"]
+    return [*said, f"assumed: creep {creep}"]
 
 
 def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
