@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
+from parc_jax.common.said import most_and_often, without_braces
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
@@ -98,7 +99,7 @@ def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, 
     n, words = told or {}, []
     for said, most in sorted(rests.items()):
         some = f", in {n[said]:,} of {of:,} manoeuvres alone" if n.get(said, of) < of else ""
-        words.append(f"Of at most {most} at a time{some}: {said}")
+        words.append(f"Of at most {most} at a time{some}: {without_braces(said)}")
     return " ".join(words)
 
 
@@ -228,10 +229,7 @@ def about_loops(driven: Sequence) -> str:
     more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
     short = [one.told_for for one in driven if one.loops and one.told_for is not None]
     first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
-    most, told = Counter[str](), Counter[str]()
-    for one in driven:
-        most |= Counter(one.rests_on)
-        told += Counter(one.told_in)
+    most, told = most_and_often((one.rests_on, one.told_in) for one in driven)
     rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
     drifted = max(one.drifted for one in driven)
     rests += f" Of each episode is assumed: {about_drift(drifted)}." if drifted else ""

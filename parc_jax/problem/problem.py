@@ -11,6 +11,7 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, check_text
+from parc_jax.common.said import together
 from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.spelling import counted, listed
@@ -29,7 +30,8 @@ class Span(tuple):
     pair: whole numbers. dt: [s] of an interval. at: [s] of a clock at which the intervals begin.
     of: the commitment whose places the obstacle has; of an answer's file only the name of its loop.
     Each of these None where it is not stated.
-    said: what it rests on, a sentence. more: another one goes on where it ends.
+    said: what it rests on, a sentence, whose numbers may stand in braces, as "within {0.5} m/s":
+    of many that differ in these alone one is told. more: another one goes on where it ends.
     """
 
     dt: float | None
@@ -108,18 +110,22 @@ class Problem:
 
     @property
     def rests_on(self) -> Counter[str]:
-        """Sentences that obstacles rest on, each with the most of them that exist at a time."""
-        edges = (x.rests_on for x in self.obstacles if isinstance(x, Edge))
-        most = Counter(text for text in edges if text)
-        told: dict[str, list] = {}
-        for span in self.all_spans:
-            if span is not None and (text := span.rests_on):
-                told.setdefault(text, []).append(tuple(span))
-        for text, spans in told.items():
-            first, last = np.array(spans).T
+        """Sentences that obstacles rest on, each with the most of them that exist at a time; of
+        those that differ in numbers in braces alone, one.
+        """
+        told = [(x.rests_on, (0.0, np.inf)) for x in self.obstacles if isinstance(x, Edge)]
+        told += [(span.rests_on, span) for span in self.spans if span is not None]
+        one = together(text for text, _ in told if text)
+        spans: dict[str, list] = {}
+        for text, span in told:
+            if text:
+                spans.setdefault(one[text], []).append(span)
+        most = Counter[str]()
+        for text, of in spans.items():
+            first, last = np.sort(np.array(of, float), axis=0).T
             # most exist where one of them begins
-            now = (first <= first[:, None]) & (first[:, None] <= last)
-            most[text] = max(most[text], int(now.sum(axis=1).max()))
+            begun = np.searchsorted(first, first, "right") - np.searchsorted(last, first)
+            most[text] = int(begun.max())
         return most
 
     @property

@@ -31,7 +31,7 @@ def test_the_lowest_row_comes_first_and_205_is_unknown(tmp_path):
     assert grid.free.tolist() == [[True, False, False, True], [True, False, True, False]]
     assert (grid.resolution, grid.origin) == (0.05, (-1.0, 2.0, 0.0))
     said = grid.free_space().obstacles()[0].rests_on
-    assert said.endswith("free cells of a map are occupied with less than 0.196.")
+    assert said.endswith("free cells of a map are occupied with less than {0.196}.")
     # a corner of the map's image lies where the format says: its lower left one at the origin
     assert grid.free_space().region.bounds == pytest.approx((-1.0, 2.0, -0.8, 2.1))
 

@@ -136,7 +136,7 @@ def test_the_moment_until_which_it_holds_is_not_told_later():
 def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
-    assert told.said.startswith("Until 0.4 s after the pose at 0.0 s, against 1 mover. Movers")
+    assert told.said.startswith("Until 0.4 s after the pose at 0 s, against 1 mover. Movers")
     assert "which is DECLARED, not shown, if they ignore the robot" in told.said
     asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
     law = told.said.partition("1 mover. ")[2]

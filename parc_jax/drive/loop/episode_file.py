@@ -15,9 +15,9 @@ from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import ASSUMED, MEASURED, premises
+from parc_jax.common.said import most_and_often
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
-from parc_jax.drive.loop.workers import most_and_often
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -71,7 +71,9 @@ def episode_part(
         others.append(("sensing", ASSUMED, said))
     if drifted := max(commitments[-1].drifted, drift * (commitments[-1].number + 1)):
         others.append(("drift of the frame", ASSUMED, about_drift(drifted)))
-    rests, told = most_and_often(one.asked.problem.rests_on for one in commitments)
+    rests, told = most_and_often(
+        (x := one.asked.problem.rests_on, dict.fromkeys(x, 1)) for one in commitments
+    )
     if rests:
         least = min(x.told_until - x.begin for x in commitments if x.asked.problem.rests_on)
         said = f"for the first {rounded_down(least, 4)} s of each manoeuvre that rests on this, at "

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.said import most_and_often
 from parc_jax.learning.systems.fleet import Processes
 from parc_jax.learning.systems.user_code import own_place, said
 
@@ -104,22 +105,15 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         # a robot that has begun anew since has another one under way
         under_way = {i: x for i, x in under_way.items() if x.episode or x.end > last}
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
-        rests = most_and_often(one.asked.problem.rests_on for one in committed)
+        rests = most_and_often(
+            (x := one.asked.problem.rests_on, dict.fromkeys(x, 1)) for one in committed
+        )
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
         found = loops, least, told_then, *map(dict, rests), len(committed), drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
         where = f"in {place}: " if (place := own_place(error)) else ""
         return failed(task.number, where + said(error))
-
-
-def most_and_often(of: Iterable[Mapping[str, int]]) -> tuple[Counter[str], Counter[str]]:
-    """Of `Problem.rests_on` of several manoeuvres: the most at a time, and in how many at all."""
-    most, told = Counter[str](), Counter[str]()
-    for rests in of:
-        most |= Counter(rests)
-        told.update(rests.keys())
-    return most, told
 
 
 def failed(number: int, why: str) -> Driven:

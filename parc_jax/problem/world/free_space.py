@@ -12,7 +12,8 @@ from jaxtyping import Float
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
+from parc_jax.common.said import slot
+from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
 
@@ -117,8 +118,6 @@ BOUNDS = {  # what may be told, and of what: from the least, which alone is sure
     "margin": "{} m around a body are seen to be free",
     "occupied": "free cells of a map are occupied with less than {}",
 }
-# [m, rad] that sums of drift are told by: of any number a loop would tell another every cycle
-SUMS = (0, *(d * Fraction(10) ** e for e in range(-9, 4) for d in (1, 2, 5)))
 FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
 
@@ -135,7 +134,7 @@ class FreeSpace:
     beams: of the current scan, `STANDS` under the body; None of a memory.
     newer: what was seen since the last `forget`; None without one.
     memory: scans are in it that can refute nothing any more, so `add` does not take it for newer.
-    bounds: the one number, or the least and the most, that were told of anything, as in BOUNDS.
+    bounds: the least and the most that was told of anything, as in BOUNDS.
     drift: ([m], [rad]) sums since the oldest of the region was seen; of ellipses, of shorter axes.
     """
 
@@ -300,10 +299,10 @@ class FreeSpace:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
-        told = {x: " to ".join(map(exact, ends)) for x, ends in self.bounds.items()}
-        told = {x: words.format(told[x]) for x, words in BOUNDS.items() if x in told}
-        if any(self.drift):  # no more than was allowed for
-            off, by = (rounded_down(max(s for s in SUMS if s <= x), 1) for x in self.drift)
+        ends = {x: slot(*map(exact, of)) for x, of in self.bounds.items()}
+        told = {x: words.format(ends[x]) for x, words in BOUNDS.items() if x in ends}
+        if "turned" in told:  # no more than was allowed for
+            off, by = (slot(rounded_down(x)) for x in self.drift)
             told["turned"] += f", in all by {off} m and {by} rad since the oldest of it was seen"
         of = self.region, float(self.width), ", ".join(told.values())
         return tuple(Edge(one.A, one.b, *of) for one in thin_pieces(self._edges()))
@@ -404,15 +403,9 @@ def _filled(region: "shapely.Geometry", width: float):
 
 
 def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tuple]:
-    """What was told of both: one short number, or the least and the most, rounded outward, so that
-    few sentences tell of all cycles of a loop.
-    """
-    both = {x: {*one.get(x, ()), *other.get(x, ())} for x in {**one, **other}}
-    short = {x: tuple(of) for x, of in both.items() if len(of) == 1 and len(exact(*of)) < 9}
-    ends = {x: (min(of), max(of)) for x, of in both.items() if x not in short}
-    new = [(x, exact(lo), exact(hi)) for x, (lo, hi) in ends.items() if one.get(x) != (lo, hi)]
-    ends |= {x: (float(rounded_down(lo, 1)), float(rounded_up(hi, 1))) for x, lo, hi in new}
-    return ends | short
+    """The least and the most that was told of anything in both."""
+    both = {x: (*one.get(x, ()), *other.get(x, ())) for x in {**one, **other}}
+    return {x: (min(of), max(of)) for x, of in both.items()}
 
 
 def place_of(place: npt.ArrayLike) -> np.ndarray:

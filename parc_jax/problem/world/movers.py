@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.options import check_count
+from parc_jax.common.said import slot, without_braces
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
@@ -239,12 +240,12 @@ def mover_obstacles(
             "add up"
         )
     law = (
-        f"Movers within {exact(radius)} m, until the last interval of each: {held}, if they ignore "
-        "the robot, and their places were measured as those of the tracks were, errors included. "
-        f"Of whoever is not among them nothing is said. {assumes(p)}"
+        f"Movers within {slot(exact(radius))} m, until the last interval of each: {held}, if they "
+        "ignore the robot, and their places were measured as those of the tracks were, errors "
+        f"included. Of whoever is not among them nothing is said. {assumes(p)}"
     )
     until = rounded_down(str(steps * time.dt), 3)
-    said = f"Until {until} s after the pose at {float(at)!r} s, against {some}. {law}"
+    said = f"Until {until} s after the pose at {exact(at)} s, against {some}. {without_braces(law)}"
     spans = spans_of(0, steps - 1, every, time.dt, float(at), said=law)
     return Moving(obstacles, spans * n, steps * time.dt, said)
 

@@ -12,11 +12,12 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_up
 from parc_jax.common.options import check_count
+from parc_jax.common.said import slot
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.sets.hull import convex_hull
 from parc_jax.common.sets.rational import Point, exact_support, rational_vertices
-from parc_jax.common.spelling import counted
+from parc_jax.common.spelling import counted, exact
 from parc_jax.problem.problem import SAME, Span
 
 
@@ -63,7 +64,7 @@ def moving(
         )
     A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
     # "no plan is safe" is of these places, which are more than where it will be
-    most, wide = f"{float(off_by)!r} m/s", counted(every, "interval")
+    most, wide = f"{slot(exact(off_by))} m/s", counted(every, "interval")
     speed = f"within {most} of the velocity told" if v.any() else f"no faster than {most}"
     when = "" if at is not None else "stands as told when a plan begins, "
     said = f"Who moves {when}is {speed}, and told of as all of its places in {wide}."

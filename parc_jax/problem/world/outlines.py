@@ -17,9 +17,11 @@ from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, SoundnessError, check_text, reading
 from parc_jax.common.on_use import package
+from parc_jax.common.said import slot
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
 from parc_jax.common.sets.rational import area
+from parc_jax.common.spelling import exact
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.body import Body, Disc, Part, body_of
 
@@ -151,8 +153,8 @@ class Edge(HPolytope):
 
     @property
     def rests_on(self) -> str:
-        """What it stands for, and what is assumed of what stands, as a sentence."""
-        wide = f"; all that stands is at least {self.width!r} m wide" if self.width else ""
+        """What it stands for, and what is assumed of what stands, as of `Span.said`."""
+        wide = f"; all that stands is at least {slot(exact(self.width))} m wide" * (self.width > 0)
         free = "Within edges of free space nothing stands, and nothing has come since it was seen"
         told = f"; as told each time, at most: {self.told}" if self.told else ""
         return f"{free}; beyond them nothing is known{wide}{told}."
