@@ -92,7 +92,7 @@ def link(loop, around, now: Moving, way: Way, i: int, goal, at):
     draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
     draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
     most = np.array([LONGEST, MOST, MOST])
-    starts = starts_for(k, now)
+    starts = starts_for(k, now, None if way.stands is None else float(way.stands[i]))
     for start in starts:
         predict = predicted(loop.model, now.wheels, start, bool(way.rolls_on[i]))
         exact, there = reach_exactly(aim[None], k, predict)
@@ -115,12 +115,15 @@ def link(loop, around, now: Moving, way: Way, i: int, goal, at):
     return step
 
 
-def starts_for(k: np.ndarray, now: Moving) -> list[float]:
-    """What k may have as the start of a manoeuvre like k (1, 3), the quickest first."""
+def starts_for(k: np.ndarray, now: Moving, stands: float | None = None) -> list[float]:
+    """What k may have as the start of a manoeuvre like k (1, 3), the quickest first. stands: share
+    of the turn of its wheels that was chosen for it.
+    """
     if now.speed:
         return [float(c.start_of(now.speed))]
     share = standing(steering(k)[0][0] - now.wheels, k[0, 0])
     shares = (max(share, LITTLE), 0.5 * (1.0 + share), 1.0)
+    shares = shares if stands is None else (stands, *(one for one in shares if one > stands))
     return list(dict.fromkeys(float(c.starts_at(one)) for one in shares))
 
 
