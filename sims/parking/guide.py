@@ -22,7 +22,8 @@ from sims.parking.kinematics import (
     stand,
     steering,
 )
-from sims.parking.known import Exact, Known
+from sims.parking.known import Exact, Known, Learned
+from sims.parking.polish import Polish
 from sims.parking.quicker import SINGLE, Quicker, costs
 from sims.parking.space import BORDER, LIKED, TIGHT, Space
 from sims.parking.way import Way, lasts
@@ -47,6 +48,7 @@ GREEDY = (
 )
 BUDGET = 15_000  # poses followed in all searches of a case
 DRAWS = (1, 2, 3)  # seeds of quicker ways where there is time, before the car drives at all
+POLISHED = 2  # of these, the quickest, that are polished
 
 
 class Node(NamedTuple):
@@ -113,7 +115,13 @@ class Guide:
         firsts = [way, *(self._bolder(way, start, wheels) if len(draws) > 1 else [])]
         for first, draw in product(firsts, draws):
             quick = maker.quicker(first, draw)
-            ways.append(tried(quick, start, wheels) if tried else quick)
+            ways.append(quick)
+        if len(draws) > 1 and isinstance(self._known, Learned):
+            polish = Polish(self.space, self._known, start, wheels)
+            best = sorted(ways, key=costs)[:POLISHED]
+            ways += [polish.polished(one.way, draws[0], self._rolling) for one in best]
+        if tried:
+            ways = [tried(one, start, wheels) for one in ways]
         return min(ways, key=costs).way
 
     def first(self, start: np.ndarray, wheels: float = 0.0) -> Way | None:

@@ -49,7 +49,7 @@ class Learned:
 
     def __init__(self, case: Case, model, within=GOAL, uncertainty: pj.Uncertainty | None = None):
         uncertainty = uncertainty or pj.Uncertainty()
-        self._model, self._goal, self._within = model, case.goal, within
+        self.model, self._goal, self._within = model, case.goal, within
         self._shift = float(np.linalg.norm(uncertainty.shifts(2)))
         self._heading = float(uncertainty.heading or 0.0)
         # a goal that is wider than GOAL leaves a choice of where in it to end
@@ -59,24 +59,29 @@ class Learned:
 
     def width(self, k: np.ndarray, begins: float = 0.0) -> np.ndarray:
         """As of `Exact`."""
-        return tube_of(self._model, k, begins)[0]
+        return tube_of(self.model, k, begins)[0]
 
     def sure(self, k: np.ndarray, aim: np.ndarray, begins: float = 0.0) -> np.ndarray:
         """As of `Exact`: those that leave room in the goal, for their tube and for poses that are
         measured wrongly, and steering to correct.
         """
+        return (self.wants(k, tube_of(self.model, k, begins)[1], aim) < 0).all(axis=1)
+
+    def wants(self, k: np.ndarray, final: np.ndarray, aim: np.ndarray) -> np.ndarray:
+        """(b, 3) [m], [rad], share of steering that manoeuvres k (b, 3), of tubes (b, 11) at rest,
+        aimed at a pose (3,), lack to be sure; below 0 where they are.
+        """
         off = offset_from(self._goal, aim)
-        final = tube_of(self._model, k, begins)[1]
         place = np.hypot(final[:, 0], final[:, 1]) + self._shift + self._heading * np.abs(k[:, 0])
         steered = np.abs(k[:, 1:]).max(axis=1)
         turned = final[:, -1] + self._heading
         room, turn = self._within[0] - np.abs(off[:2]).max(), self._within[1] - abs(off[2])
-        return (place < ROOMY * room) & (turned < ROOMY * turn) & (steered < STEERED)
+        return np.stack([place - ROOMY * room, turned - ROOMY * turn, steered - STEERED], axis=1)
 
     def mend(self, way: Way, pose: np.ndarray, wheels: float, space: Space) -> Tried:
         """As of `Exact`, as the network leads along it."""
         return mended(
-            way, Moving(pose, wheels), self._model, lambda *at: aimed(self._model, space, *at)
+            way, Moving(pose, wheels), self.model, lambda *at: aimed(self.model, space, *at)
         )
 
 

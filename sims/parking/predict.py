@@ -64,11 +64,16 @@ def ways_of(model, wheels: float, start: float):
     """Of manoeuvres k (b, 3) the poses (b, 19, 3) by the network at the edges of the intervals."""
     begins = float(c.rolls_at(start))
 
-    def along(k: np.ndarray) -> np.ndarray:
+    def of(k: np.ndarray) -> np.ndarray:
         given = np.tile([wheels, start], (len(k), 1))
-        knots = trajectories(model.net, model.layout, np.column_stack([given, asked(k, begins)]))[0]
-        axle, front, rear = np.moveaxis(knots.reshape(*knots.shape[:2], -1, 2)[:, :, :3], 2, 0)
-        ahead = front - rear
-        return np.concatenate([axle, np.arctan2(ahead[..., 1], ahead[..., 0])[..., None]], axis=-1)
+        return poses_of(model, np.column_stack([given, asked(k, begins)]))
 
-    return along
+    return of
+
+
+def poses_of(model, k: np.ndarray) -> np.ndarray:
+    """As of `ways_of`, of what the model has (b, 5)."""
+    knots = trajectories(model.net, model.layout, k)[0]
+    axle, front, rear = np.moveaxis(knots.reshape(*knots.shape[:2], -1, 2)[:, :, :3], 2, 0)
+    ahead = front - rear
+    return np.concatenate([axle, np.arctan2(ahead[..., 1], ahead[..., 0])[..., None]], axis=-1)

@@ -33,6 +33,7 @@ AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and
 WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
 NO_LESS = 0.21  # [m] that a manoeuvre goes on beyond where a car that rolls could stop
 LITTLE = 0.02  # share of its wheels' turn, at least, for which a car at rest stands
+TRIED = 5  # such shares, to all of it, until one leads where it should
 SIGNS = (1.0, -1.0)  # of gears
 STRAYS = 0.03  # [m] beside where a stroke was found to lead that one may, as of `apart`
 
@@ -92,11 +93,13 @@ def link(loop, around, now: Moving, way: Way, i: int, goal, at):
     draw = np.random.default_rng(0).normal(size=(AROUND - 1, 3)) * SPREAD
     draw *= np.random.default_rng(1).uniform(0, 1, (AROUND - 1, 1)) ** 2
     most = np.array([LONGEST, MOST, MOST])
-    starts = starts_for(k, now)
+    stands = None if way.stands is None else float(way.stands[i])
+    # a goal may take what leads beside its middle, and so what stands for less
+    starts = starts_for(k, now, stands if goal is None else 0.0)
     for start in starts:
         predict = predicted(loop.model, now.wheels, start, bool(way.rolls_on[i]))
         exact, there = reach_exactly(aim[None], k, predict)
-        if not there[0] and start != starts[-1]:
+        if not there[0] and start != starts[-1] and goal is None:
             continue
         # a target that none leads to exactly may be reached nearly by what was planned, or far off
         near = np.concatenate([exact, (exact + draw if there[0] else k + WIDER * draw)])
@@ -115,12 +118,14 @@ def link(loop, around, now: Moving, way: Way, i: int, goal, at):
     return step
 
 
-def starts_for(k: np.ndarray, now: Moving) -> list[float]:
-    """What k may have as the start of a manoeuvre like k (1, 3), the quickest first."""
+def starts_for(k: np.ndarray, now: Moving, stands: float | None = None) -> list[float]:
+    """What k may have as the start of a manoeuvre like k (1, 3), the quickest first. stands: share
+    of the turn of its wheels that was chosen for it.
+    """
     if now.speed:
         return [float(c.start_of(now.speed))]
     share = standing(steering(k)[0][0] - now.wheels, k[0, 0])
-    shares = (max(share, LITTLE), 0.5 * (1.0 + share), 1.0)
+    shares = np.linspace(max(share if stands is None else stands, LITTLE), 1.0, TRIED)
     return list(dict.fromkeys(float(c.starts_at(one)) for one in shares))
 
 

@@ -46,7 +46,8 @@ def mended(way: Way, now: Moving, model, tried) -> Tried:
 def aimed(model, space: Space, way: Way, i: int, now: Moving):
     """What `mended` tries: a manoeuvre that leads about where it should, and is clear."""
     aim, rolls_on = offset_from(now.pose, way.poses[i + 1]), bool(way.rolls_on[i])
-    for start in starts_for(way.k[i : i + 1], now):
+    stands = None if way.stands is None else float(way.stands[i])
+    for start in starts_for(way.k[i : i + 1], now, stands):
         predict = predicted(model, now.wheels, start, rolls_on)
         k, there = reach_exactly(aim[None], way.k[i : i + 1], predict)
         if there[0]:

@@ -10,12 +10,14 @@ from sims.parking.kinematics import UPTO, leaves, rolls, seconds, stand, steerin
 
 class Way(NamedTuple):
     """Manoeuvres k (n, 3): way, steering first and last; poses (n + 1, 3) where they begin and end.
-    rolls_on (n,): does the car roll on from each into the next?
+    rolls_on (n,): does the car roll on from each into the next? stands (n,): share of the turn of
+    its wheels for which it stands where it begins at rest, if that was chosen.
     """
 
     k: np.ndarray
     poses: np.ndarray
     rolls_on: np.ndarray
+    stands: np.ndarray | None = None
 
     @property
     def upto(self) -> np.ndarray:
@@ -28,7 +30,7 @@ class Way(NamedTuple):
         (size, first, last), rolls_on[i] = k[i], False
         share = c.most_steering(size) / c.most_steering(size * UPTO)
         k[i] = size * UPTO, share * first, share * (first + (last - first) * UPTO)
-        return Way(k, self.poses, rolls_on)
+        return self._replace(k=k, rolls_on=rolls_on)
 
 
 class Tried(NamedTuple):
