@@ -33,7 +33,7 @@ AROUND, SPREAD = 384, (0.12, 0.12, 0.12)  # candidates around the way's own, and
 WIDER = 3.0  # times as wide spread where no manoeuvre leads there exactly
 NO_LESS = 0.21  # [m] that a manoeuvre goes on beyond where a car that rolls could stop
 LITTLE = 0.02  # share of its wheels' turn, at least, for which a car at rest stands
-TRIED = 5  # such shares, to all of it, until one leads where it should
+TRIED = 5  # such shares from a chosen one on, to all of it, until one leads where it should
 SIGNS = (1.0, -1.0)  # of gears
 STRAYS = 0.03  # [m] beside where a stroke was found to lead that one may, as of `apart`
 
@@ -125,7 +125,9 @@ def starts_for(k: np.ndarray, now: Moving, stands: float | None = None) -> list[
     if now.speed:
         return [float(c.start_of(now.speed))]
     share = standing(steering(k)[0][0] - now.wheels, k[0, 0])
-    shares = np.linspace(max(share if stands is None else stands, LITTLE), 1.0, TRIED)
+    shares = (max(share, LITTLE), 0.5 * (1.0 + share), 1.0)
+    if stands is not None:
+        shares = np.linspace(max(stands, LITTLE), 1.0, TRIED)
     return list(dict.fromkeys(float(c.starts_at(one)) for one in shares))
 
 

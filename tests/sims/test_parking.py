@@ -27,6 +27,7 @@ from sims.parking import (
     guide,
     kinematics,
     known,
+    polish,
     predict,
     prove,
     quicker,
@@ -259,6 +260,64 @@ def test_a_way_that_the_car_cannot_roll_along_ends_at_rest_where_it_was_left():
         assert seen.rolls_on.tolist() == [rolls, False]
         there = kinematics.ends(seen.k[:1], 1, seen.upto[0])[0, 0]
         assert np.abs(there - first).max() < 1e-3  # [m], [rad]
+
+
+def test_a_polished_way_rolls_where_it_rested_and_leads_where_it_led(monkeypatch):
+    """Of three manoeuvres straight on, with a rest between each; it is proved nowhere here."""
+    monkeypatch.setattr(polish, "SHORTLY", 12)
+    monkeypatch.setattr(polish, "ROUNDS", 12)
+    case = cases.case_of("here", REST, [9.0, 0.0, 0.0], FAR)
+    learned, room = known.Learned(case, predict.model()), space.Space(case)
+    poses = np.column_stack([[0.0, 3.0, 6.0, 9.0], np.zeros((4, 2))])
+    way = Way(np.tile([3.0, 0.0, 0.0], (3, 1)), poses, np.zeros(3, bool))
+    maker = polish.Polish(room, learned, case.start, 0.0)
+    found = maker.polished(way, 0)
+    assert not found.fails and found.way.rolls_on.any()
+    assert found.takes < learned.mend(way, case.start, 0.0, room).takes - 1.0  # [s]
+    pose, longest = case.start, 0.0
+    for k, upto in zip(found.way.k, found.way.upto, strict=True):
+        pose = kinematics.compose(pose, kinematics.ends(k[None], 1, upto)[0, 0])
+        longest = max(longest, abs(k[0]))
+    assert np.abs(kinematics.offset_from(pose, case.goal)).max() < 0.1  # [m], without lags
+    assert longest <= kinematics.LONGEST
+    # where it may not roll, or has too many manoeuvres, it is what it was
+    assert not maker.polished(way, 0, rolling=False).way.rolls_on.any()
+    monkeypatch.setattr(polish, "MOST_POLISHED", 2)
+    assert maker.polished(way, 0).way.k.tolist() == way.k.tolist()
+
+
+def test_a_way_that_rolls_on_passes_the_pose_where_it_rested():
+    k = np.array([[-3.0, 0.5, 0.2], [-1.5, -0.3, 0.4]])
+    first = kinematics.ends(k[:1])[0, 0]
+    poses = np.array([REST, first, kinematics.compose(first, kinematics.ends(k[1:])[0, 0])])
+    way = polish.rolled(Way(k, poses, np.zeros(2, bool)), 0)
+    assert way.rolls_on.tolist() == [True, False]
+    there = kinematics.ends(way.k[:1], 1, kinematics.UPTO)[0, 0]
+    assert np.abs(there - first).max() < 1e-3  # [m], [rad]
+    assert np.abs(way.stopped(0).k - k).max() < 1e-6
+
+
+def test_a_chosen_stand_is_tried_first_and_longer_ones_after_it():
+    now, k = prove.Moving(np.array(REST), wheels=-0.5), np.array([[1.0, 0.4, 0.4]])
+    usual, chosen, least = (prove.starts_for(k, now, x) for x in (None, 0.1, 0.0))
+    assert all(np.diff(found).max() < 0 for found in (usual, chosen, least))  # standing longer
+    assert least[0] > chosen[0] > usual[0]
+    assert usual[-1] == chosen[-1] == least[-1] == car.AT_REST
+
+
+def test_a_last_manoeuvre_stands_no_longer_than_the_goal_asks_for():
+    """Its wheels are turned far; with less of that before it drives it ends beside the middle."""
+    case, k = cases.case(1), np.array([0.9, 0.0, -0.5])
+    begin = kinematics.compose(case.goal, kinematics.ends(kinematics.backwards(k[None]))[0, 0])
+    loop, now = prove.loop_of(), prove.Moving(begin, wheels=0.4)
+    way = Way(k[None], np.array([begin, case.goal]), np.zeros(1, bool))
+    started = []
+    for goal in (prove.goal_of(case, begin), None):
+        loop.restart()
+        step = prove.link(loop, case.pieces, now, way, 0, goal, 0.0)
+        assert step.new
+        started.append(float(step.committed.k[1]))
+    assert started[0] > started[1]  # the more, the less it stands
 
 
 def test_a_last_manoeuvre_that_cannot_correct_all_still_ends_in_the_goal():
