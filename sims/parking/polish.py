@@ -38,7 +38,7 @@ ASKED = 0.88  # share of the steering that it may ask for: what is left corrects
 # [s] that it costs to miss it by more [m, rad], to be too close by [m], too short by [m], to ask
 # for a share more of steering, and to do any of these at all
 AMISS, CLOSE, SHORT, STEERS, ANY = 50.0, 100.0, 50.0, 50.0, 2.0
-MOST_POLISHED = 12  # manoeuvres of a way: of more, too much is drawn
+MOST_POLISHED = 9  # manoeuvres of a way: of more, too much is drawn
 
 
 class Judged(NamedTuple):

@@ -518,12 +518,21 @@ def test_a_case_that_is_not_there_is_named_in_the_shell(arguments, words, capsys
 
 @pytest.fixture(scope="module")
 def parked(tmp_path_factory):
-    """Case 2, and its file."""
+    """Case 2, whose way is polished shortly, and its file."""
     folder = tmp_path_factory.mktemp("parked")
-    return park(2, Options(out=folder))[0], folder / "case_2.json"
+    with pytest.MonkeyPatch.context() as patched:
+        shortly(patched)
+        return park(2, Options(out=folder))[0], folder / "case_2.json"
 
 
-def test_nothing_compiles_between_cases(parked):
+def shortly(patched) -> None:
+    """A way is polished in a few rounds: quicker, but not much."""
+    patched.setattr(polish, "SHORTLY", 5)
+    patched.setattr(polish, "ROUNDS", 10)
+
+
+def test_nothing_compiles_between_cases(parked, monkeypatch):
+    shortly(monkeypatch)
     loop, key = prove.loop_of(), jax.random.PRNGKey(8)
     assert compiled_by(lambda: drive.drive(cases.case(8), loop, key)) == 0
 
