@@ -3,7 +3,7 @@ alone one is told, with each number from the least to the most.
 """
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 
@@ -21,10 +21,9 @@ def slot(*numbers: str) -> str:
 
 def together(texts: Iterable[str]) -> dict[str, str]:
     """By each text the one that tells of all which differ in numbers in braces alone."""
-    alike: dict[str, list[str]] = {}
+    alike, found = defaultdict(list), {}
     for text in dict.fromkeys(texts):
-        alike.setdefault(SLOT.sub("{}", text), []).append(text)
-    found: dict[str, str] = {}
+        alike[SLOT.sub("{}", text)].append(text)
     for of in alike.values():
         places = zip(*map(SLOT.findall, of), strict=True)  # the same one of each text
         ends = iter([slot(*(x for pair in one for x in pair if x)) for one in places])
@@ -32,15 +31,12 @@ def together(texts: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def most_and_often(
-    of: Iterable[tuple[Mapping[str, int], Mapping[str, int]]],
-) -> tuple[Counter[str], Counter[str]]:
+def most_and_often(of: Iterable[tuple[Mapping, Mapping]]) -> tuple[Counter[str], Counter[str]]:
     """Of texts how many hold at a time, at most, and in how many manoeuvres: of several such pairs,
     in each of which one alone is told of those that differ in numbers alone.
     """
-    of = list(of)
-    one = together(text for most, _ in of for text in most)
-    most, often = Counter[str](), Counter[str]()
+    of, most, often = list(of), Counter[str](), Counter[str]()
+    one = together(text for at_once, _ in of for text in at_once)
     for at_once, told in of:
         most |= Counter({one[text]: n for text, n in at_once.items()})
         often.update({one[text]: n for text, n in told.items()})
@@ -49,9 +45,9 @@ def most_and_often(
 
 def without_braces(text: str) -> str:
     """For people: of two numbers the least is rounded down, the most up."""
+    return SLOT.sub(_ends, text)
 
-    def shown(hit: re.Match) -> str:
-        least, most = hit.groups()
-        return least if most is None else f"{rounded_down(least)} to {rounded_up(most)}"
 
-    return SLOT.sub(shown, text)
+def _ends(hit: re.Match) -> str:
+    least, most = hit.groups()
+    return least if most is None else f"{rounded_down(least)} to {rounded_up(most)}"

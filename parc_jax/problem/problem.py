@@ -1,7 +1,7 @@
 """The problem: goal, obstacles, body, start set."""
 
 import dataclasses
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
@@ -110,17 +110,12 @@ class Problem:
 
     @property
     def rests_on(self) -> Counter[str]:
-        """Sentences that obstacles rest on, each with the most of them that exist at a time; of
-        those that differ in numbers in braces alone, one.
-        """
+        """What obstacles rest on, as of `together`, each with the most that exist at a time."""
         told = [(x.rests_on, (0.0, np.inf)) for x in self.obstacles if isinstance(x, Edge)]
-        told += [(span.rests_on, span) for span in self.spans if span is not None]
-        one = together(text for text, _ in told if text)
-        spans: dict[str, list] = {}
+        told += [(x.rests_on, x) for x in self.spans if x is not None and x.rests_on]
+        one, spans, most = together(text for text, _ in told), defaultdict(list), Counter[str]()
         for text, span in told:
-            if text:
-                spans.setdefault(one[text], []).append(span)
-        most = Counter[str]()
+            spans[one[text]].append(span)
         for text, of in spans.items():
             first, last = np.sort(np.array(of, float), axis=0).T
             # most exist where one of them begins
