@@ -58,16 +58,20 @@ def test_wrong_labels_are_refused(wrong):
 @pytest.mark.parametrize(
     "wrong",
     [{"q": ("yaw [deg]", "wind")}, {"q": ("yaw (deg)", "wind")}, {"q": ("yaw_degrees", "wind")}]
-    + [{"p": (f"x{unit}", "y [m]")} for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm")],
+    + [
+        {"p": (f"x{unit}", "y [m]")}
+        for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm", "_inch", "_px")
+    ]
+    + [{"p": ("x [m]", word)} for word in ("yaw [m]", "theta", "t", "robotSpeed", "lat")],
 )
 def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
     about = "cart", Cart.domain, pj.learning.time_grid(0.5, 1.0), 2, 2, None, ("turns", "stays")
     named = subject(*about, {"q": ("yaw [rad]", "wind [knots]"), "k": ("speed [mm/s]", "b [deg]")})
     assert named.labels.heading == 0
     subject(*about, {"p": ("x (rear axle)", "bottom"), "q": ("yaw (world)", "wind (deg)")})
-    with pytest.raises(InputError, match="Tell the numbers and their label in"):
+    with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):
         subject(*about, wrong)
-    with pytest.raises(InputError, match="Tell the numbers and their label in"):
+    with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):
         named.with_labels(wrong)
 
 

@@ -10,7 +10,10 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
-OTHER_UNITS = ("mm", "cm", "km", "ft", "deg", "degrees", "°")  # at a label's end, in any brackets
+# in any brackets at a label's end, or behind its name
+OTHER_UNITS = "mm cm km ft feet inch inches yd px pixel pixels deg degrees ° ms".split()
+NO_PLACE = {*HEADINGS, *"t time stamp timestamp sec index angle pitch roll latitude".split()}
+NO_PLACE |= {*"longitude lat lon speed velocity vx vy vz qw qx qy qz quaternion".split()}
 PARTS = ("p", "q", "k")
 
 
@@ -39,8 +42,7 @@ class Labels(NamedTuple):
     def heading(self) -> int | None:
         """Index in q of the final heading [rad], by its name (HEADINGS); None for none."""
         for i, label in enumerate(self.q):
-            words = name_of(label).lower().split()
-            if unit_of(label) == "rad" and any(word in HEADINGS for word in words):
+            if unit_of(label) == "rad" and not {*HEADINGS}.isdisjoint(words_in(label)):
                 return i
         return None
 
@@ -92,9 +94,19 @@ def unit_of(label: str) -> str:
     return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
 
 
+def words_in(label: str) -> list[str]:
+    """The words of its name, in lower case; `xPos`, `x_pos` and `x pos` have two."""
+    return re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name_of(label)).lower())
+
+
 def require_unit(label: str, unit: str) -> None:
-    """Raises InputError for a label that tells another unit."""
-    last = re.split(r"[ _(\[]", label.rstrip(")]"))[-1]
+    """Raises InputError for a label that tells another unit, or for [m] what is no place."""
+    last, words = re.split(r"[ _(\[]", label.rstrip(")]"))[-1], words_in(label)
+    if unit == "m" and (no := next((word for word in words if word in NO_PLACE), "")):
+        raise InputError(
+            f"labels: expected places in m, axis by axis; got {label!r}, which tells of {no}. "
+            "A heading is q, with rotation; times and speeds are left out."
+        )
     if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

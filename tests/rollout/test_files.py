@@ -171,6 +171,36 @@ def test_columns_of_several_points_are_theirs_and_in_metres(batch, tmp_path):
             load(header)
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ("y,x", "got 'y' for x of reference"),
+        ("north [m],east [m]", r"got 'north \[m\]' for x"),
+        ("latitude,longitude", "'latitude', which tells of latitude"),
+        ("x,yaw", "'yaw', which tells of yaw. A heading is q, with rotation"),
+        ("timeStamp,x", "'timeStamp', which tells of time"),
+        ("posX,posZ", "got 'posZ' for y"),
+        ("along,aside", r"got 'along' for x of reference"),
+        ("x_px,y_px", "expected x_px in .m."),
+    ],
+)
+def test_a_column_of_places_is_that_axis_in_metres(batch, tmp_path, header, said):
+    """Columns y, x were read as x, y: a map's walls stood in a mirror. A yaw became a place."""
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",")
+
+    def load(header):
+        for i, track in enumerate(batch.p):
+            name = tmp_path / "p" / f"{i:03d}.csv"
+            np.savetxt(name, track, header=header, comments="", delimiter=",")
+        return load_rollouts(tmp_path, GRID).subject.labels.p
+
+    with pytest.raises(InputError, match=said):
+        load(header)
+    for fits in ("x,y", "posX,posY", "ahead [m],left [m]", "Easting,Northing"):
+        assert load(fits) == tuple(fits.split(","))
+
+
 @pytest.mark.parametrize("head", ["y,x", ""])
 def test_files_of_runs_name_the_same_columns_in_the_same_order(batch, tmp_path, head):
     (tmp_path / "p").mkdir()

@@ -1,6 +1,5 @@
 """Rollouts from files: .npz of `collect` or of others, and folders of CSV logs."""
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, name_of, require_unit, unit_of
+from parc_jax.learning.labels import Labels, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
@@ -19,6 +18,8 @@ from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
+# of a map's frame; a column of another place would be mirrored
+AXES = {x: x for x in "xyz"} | {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 
 
 def load_rollouts(
@@ -130,8 +131,10 @@ def _assemble(
     if isinstance(known := arrays.get("labels", {}), np.ndarray):
         raise InputError(f"{path}: expected no array named labels; got one. Say labels= instead.")
     read = {part: words for part, words in known.items() if words is not None}
-    if len(named) > 1 and "p" in read:  # a name per coordinate of every point
-        _check_columns(path, read.pop("p"), named)
+    if "p" in read:
+        _check_columns(path, read["p"], named)
+        if len(named) > 1:  # a name per coordinate of every point
+            del read["p"]
     about = about | {"labels": read | words_of(about["labels"])}
     batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
     for part, own in read.items():
@@ -146,21 +149,23 @@ def _assemble(
 
 
 def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
-    """Refuse names of columns that are in no metres, or of another point. Raises InputError."""
-    words = {x: re.sub(r"[\W_]+", " ", f" {name_of(x).lower()} ") for x in (*columns, *points)}
+    """Refuse names of columns that are in no metres, of another axis or point, or of no axis and
+    without a unit. Raises InputError.
+    """
+    words = {x: f" {' '.join(words_in(x))} " for x in (*columns, *points)}
     n_p = len(columns) // len(points)
     for i, column in enumerate(columns):
-        own = points[i // n_p]
+        require_unit(column, "m")
+        own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
         said = [name for name in points if words[name] in words[column]]
-        axes = [axis for axis in "xyz" if f" {axis} " in words[column] and axis not in points]
-        other = n_p > 1 and axes and axes != ["xyz"[i % n_p]]
-        if other or (said and own != max(said, key=len)):
+        axes = {AXES[x] for x in words[column].split() if x in AXES and x not in points}
+        of_axis = axes == {axis} or (n_p == 1 and axes) or (not axes and unit_of(column) == "m")
+        if not of_axis or (said and own != max(said, key=len)):
             raise InputError(
                 f"{path}: expected columns point by point in the order of points, "
-                f"{', '.join(points)}, of each x, y, z; got {column!r} for {'xyz'[i % n_p]} of "
-                f"{own}."
+                f"{', '.join(points)}, of each x, y, z, by these names or as 'ahead [m]'; got "
+                f"{column!r} for {axis or 'axis'} of {own}."
             )
-        require_unit(column, "m")
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
