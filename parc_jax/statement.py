@@ -265,7 +265,8 @@ def about_episodes(episodes) -> str:
         f"at most {rounded_up(episodes.eps)}{look.numbered(', look')}, for whatever reason. What "
         "runs into a robot that rests is not counted. Assumes: worlds, starts and disturbances of "
         f"use come from this law ({episodes.law}); the driver ({episodes.drive}) and all else that "
-        "decides were settled before the first episode and stay so; no episodes were driven for it "
+        f"decides were settled before the first episode and stay so (episodes: {episodes.again}); "
+        "no episodes were driven for it "
         f"but those of its {counted(look.planned, 'look')}, under any key; what stopped the work, "
         "if anything, had nothing to do with how episodes went.",
     ]

@@ -5,6 +5,7 @@ them, declared beforehand, get delta / m each, whatever they are about and howev
 that all of them together err with probability at most delta. [T1, T6, T42]
 """
 
+from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import as_probability
 
 DELTA = Fraction(1, 1000)  # of all looks together, by default
@@ -44,7 +45,8 @@ class Look(NamedTuple):
         """The assumptions on other tests, of plans or of sets."""
         unseen = "UNSEEN(1 look; before it only looks told here chose sets or plans of this scene)"
         told = [f"{self.number} of {self.planned}, which share one delta"] * (self.planned > 1)
-        told += [f"after looks of another delta, {rounded_up(x, 10)}" for x in self.others]
+        others = [(n, rounded_up(x, 10)) for x, n in Counter(self.others).items()]
+        told += [f"after {counted(n, 'look')} of another delta, {x}" for n, x in others]
         return (unseen, f"LOOK({'; '.join(told)})") if told else (unseen,)
 
 

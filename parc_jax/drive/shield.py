@@ -79,9 +79,10 @@ class Shield(gymnasium.Wrapper):
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
     `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
     to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
-    False where it was not until another took over, once for each, else None, as for `Monitor.bet`;
-    `left_at_end`, the same where the episode ends, after a whole `every`, None with a `reason` if
-    its pose is not sensed. `commitments`: of this episode. Raises InputError for arguments that do
+    False where it was not until another took over, once for each, else None; `left_at_end`, the
+    same where the episode ends, after a whole `every`, None with a `reason` if its pose is not
+    sensed; `followed`, `followed_at_end`, the share of its time that either is about, which
+    `Monitor.bet` takes too. `commitments`: of this episode. Raises InputError for arguments that do
     not belong together, and in `reset` where no stop is certified. An action that is none, or
     cannot be asked for or driven, and sensing that fails or leads out of the tube, end in the stop
     under way, with a sentence.
@@ -185,7 +186,8 @@ class Shield(gymnasium.Wrapper):
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
-        nothing = dict.fromkeys(("proposed", "driven", "left", "left_at_end"))
+        names = "proposed driven left followed left_at_end followed_at_end"
+        nothing = dict.fromkeys(names.split())
         return {"shield": nothing | {"changed": False, "reason": ""} | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
@@ -193,6 +195,7 @@ class Shield(gymnasium.Wrapper):
         if self._steps is None:
             raise InputError("Shield: expected a reset that certified a stop before a step.")
         now = self._steps * self.every
+        followed = self._followed(now)  # of the manoeuvre before, where another takes over
         decision, changed = self._step_of(action, now)
         over = bool(decision.new and now)  # the manoeuvre before; each is told of once
         left = None if self._left or not (over or decision.left) else decision.left
@@ -212,7 +215,8 @@ class Shield(gymnasium.Wrapper):
         with contextlib.suppress(Exception):  # the policy may propose anything
             proposed = np.array(action)
         about = {"proposed": proposed, "driven": driven, "changed": changed, "reason": why}
-        about |= {"left": left, "left_at_end": at_end} | self._about(one)
+        about |= {"left": left, "left_at_end": at_end, "followed": followed}
+        about |= {"followed_at_end": self._followed(now + self.every)} | self._about(one)
         return observation, reward, terminated, truncated, info | {"shield": about}
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
@@ -262,13 +266,18 @@ class Shield(gymnasium.Wrapper):
         left = self.loop.go_on("", None, pose, now, drift).left
         return (None if self._left else left), ""
 
+    def _followed(self, now: float) -> float:
+        """Share of the manoeuvre under way, its stop included, that was driven by now."""
+        so_far = (now - float(self.commitments[-1].begin)) / float(self.loop.lasts)
+        return min(1.0, round(so_far, 9))
+
     def _decide(self, seen: Sensed, proposed: np.ndarray, now: float) -> Step:
         """One step of the loop, the proposal first, the others by their distance from it."""
         rows = self.loop.candidates = self._rows.copy()
         rows[0, self._chosen] = proposed
         last, ahead, least = self.loop.under_way, 0.0, 0.0
         if last is not None:  # share of the brake under way that is left
-            ahead = max(0.0, 1.0 - (now - float(last.begin)) / float(self.loop.lasts))
+            ahead = 1.0 - self._followed(now)
             least = ahead * min(self.room, last.clearance)
 
         def prefer(outlook: Outlook) -> np.ndarray:

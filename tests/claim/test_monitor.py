@@ -420,7 +420,7 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     runs = runs.replace(lost=np.arange(40) % 2)
     claim = derived(claim, evidence={"seen": []})
     watch = monitor(claim, NET).observe(runs.select(slice(0, 15))).bet(False)
-    assert "TOLD(1 by `bet`, whose runs were not looked at)" in watch.details()
+    assert "TOLD(1 by `bet`, not looked at, each followed to its end)" in watch.details()
     assert "TOLD" not in monitor(claim, NET).observe(runs).details()
     of = lambda other: {"claim": other, "of": other.hash}  # noqa: E731
     changed = {
@@ -444,6 +444,19 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     assert "WORKERS_LOST(7, independent of the run)" in watch.details()
     for name, change in changed.items():
         assert replace(watch, **change).details() != watch.details(), name
+
+
+def test_a_run_that_was_cut_short_is_no_run_that_stayed(claim):
+    """The first 1 % of a manoeuvre that stayed was told as a run that stayed."""
+    watch = monitor(claim, NET)
+    for outside, followed in ((False, 0.01), (False, 1.0), (True, 0.3), (False, 0.02)):
+        watch = watch.bet(outside, followed)
+    assert (watch.seen, watch.left) == (4, 1)
+    told = "TOLD(4 by `bet`, not looked at, 2 that stayed followed for 1.5 % of their time alone)"
+    assert told in watch.details()
+    for wrong in (1.01, -0.1, np.nan, True, "all"):
+        with pytest.raises(InputError, match="bet: "):
+            watch.bet(False, wrong)
 
 
 def test_the_bets_of_a_monitor_are_against_its_own_claim(claim):

@@ -14,9 +14,11 @@ from toy_models import line_model
 from toy_running import Cart
 from turning_arc import Arc
 
+import parc_jax as pj
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.drive.local.trials import ledger_of_tests
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
@@ -72,6 +74,29 @@ def test_a_start_that_matters_more_than_declared_is_refused_with_its_size(tmp_pa
     with pytest.raises(InputError, match="a number >= 0"):
         try_starts(Hill(0.0), KEY, float("nan"))
     assert try_starts(Hill(0.0), KEY, 0.0).seen == 0.0
+
+
+def gust(rng, k):
+    """Rolls with the commanded velocity, and is pushed aside by a gust."""
+    t = np.linspace(0.0, 1.0, 5)[:, None]
+    return t * (k + 0.1 * rng.normal(size=2)), []
+
+
+def gust_of_one_seed(rng, k):
+    """`env.reset(seed=0)`, as every tutorial has it."""
+    return gust(np.random.default_rng(0), k)
+
+
+@pytest.mark.parametrize("simulate", [gust, gust_of_one_seed])
+def test_runs_that_no_key_changes_are_told_of(simulate):
+    """One gust in all runs: eps 0.01 was told, where the truth was 0.37."""
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+    cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
+    net = pj.learning.relu_network([np.kron([[0.5], [1.0]], np.eye(2))], [np.zeros(4)])
+    claim = pj.learning.bound_error(net, cart, KEY, eps=0.2, delta=0.2, quiet=True)
+    told = "NO_DISTURBANCE(runs of one k under two keys are the same to the last bit)"
+    assert (told in claim.details()) == (simulate is gust_of_one_seed)
+    assert (told in ledger_of_tests(claim, np.zeros(20))) == (simulate is gust_of_one_seed)
 
 
 def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():

@@ -203,6 +203,21 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
     assert other.validation.answer.model.claim.hash == claim.hash
 
 
+def test_scenes_that_kept_recordings_tested_before_are_told(model):
+    """Each was tested with all of delta, and said nothing of the others."""
+    planner = pj.Planner(replace_held(model))
+    said = lambda x: planner.solve(toy.problem(x), KEY, toy.SETTINGS).validation.details()  # noqa: E731
+    first, second, third = map(said, (0.62, 0.61, 0.63))
+    assert "LOOK(" not in first and "LOOK(after 1 look of another delta, 0.05)" in second
+    assert "LOOK(after 2 looks of another delta, 0.05)" in third
+    assert (said(0.61), said(0.62)) == (second, first)  # the same tests: no others
+
+
+def replace_held(model):
+    """A copy of its recordings that has tested nothing."""
+    return model.replace(held=model.held.select(slice(0, model.held.n)))
+
+
 def test_recordings_are_not_used_where_they_show_no_more(model):
     few = model.held.select(slice(0, 18))
     few = model.replace(

@@ -353,9 +353,9 @@ def test_accounts_of_one_scene_tell_of_each_other():
     again = looks_of_json(found.looks.to_json())
     for looks in (found.looks, again):  # also of a file
         tested = replace(found, looks=looks).choose(delta=0.001).test(SYSTEM, KEY, n=30)
-        assert "LOOK(after looks of another delta, 0.05)" in tested.details()
+        assert "LOOK(after 1 look of another delta, 0.05)" in tested.details()
     after = validated(found, KEY, toy.SETTINGS, asked)  # once more, after its plan
-    told = [f"after looks of another delta, {delta}" for delta in (0.05, 0.001)]
+    told = [f"after 1 look of another delta, {delta}" for delta in (0.05, 0.001)]
     said = "; ".join(["2 of 2, which share one delta", *told])
     assert f"LOOK({said})" in after.validation.details()
 

@@ -376,6 +376,61 @@ def test_worlds_that_are_not_of_their_seeds_alone_are_no_independent_episodes(to
         pj.drive.drive_episodes(Toy(), told_of, KEY, 6, workers=0, quiet=True)
 
 
+class Adapting:
+    """Brakes by how a gap compares with all gaps so far, as a normaliser in training mode has it;
+    tells of it where `tells`.
+    """
+
+    def __init__(self, tells=False, worst=1.0):
+        self.seen, self.tells, self.worst = [], tells, worst
+
+    def __call__(self, world, seed):
+        self.seen.append(world)
+        far = float(abs(np.mean(self.seen) - world))
+        return pj.drive.Outcome(far > self.worst, None, {"far": far} if self.tells else {})
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_a_driver_that_goes_on_learning_is_no_driver_of_independent_episodes(workers):
+    """Of 80 episodes 0, 33 or 58 were bad, by the number of processes."""
+    with pytest.raises(InputError, match=r"number 0, driven again, came out oth"):
+        asked(Adapting(worst=1e-3), 30, workers=workers)
+    said = asked(Adapting(True), 30, workers=workers).details()
+    assert "(episodes: 1 driven again, the same but for far; the first, by another" in said
+    alone = asked(Toy(), 30, workers=workers).details()
+    assert "stay so (episodes: 1 driven again, the same; the first, by another seed, other" in alone
+
+
+class FromFile:
+    """Its policy is a number in a file, read where it drives."""
+
+    def __init__(self, path):
+        self.path = str(path)
+
+    def __call__(self, world, seed):
+        return pj.drive.Outcome(world > float(Path(self.path).read_text()))
+
+
+def test_a_campaign_does_not_go_on_with_another_policy_in_the_same_file(tmp_path):
+    """Of 800 episodes 795 were of the policy before, and all were told of the one after."""
+    (policy := tmp_path / "policy.txt").write_text("2.0")
+    drive, folder = FromFile(policy), {"folder": tmp_path / "drives", "looks": (300, 302)}
+    asked(drive, 300, **folder)
+    assert "(episodes: 4 driven again, the same;" in asked(drive, 300, **folder).details()
+    policy.write_text("0.1")
+    for n in (300, 302):
+        with pytest.raises(InputError, match=r"number \d, driven again, .* a file that it reads"):
+            asked(drive, n, **folder)
+    assert len(lines(tmp_path / "drives")) == 300
+
+
+def test_a_drive_that_its_seed_does_not_touch_is_told():
+    """`env.reset(seed=0)`: one gust, 300 times, was told as 300 fresh episodes."""
+    once = asked(lambda world, seed: Toy()(world, np.zeros(2, np.uint32)), 8).details()
+    assert "by another seed, the same: of its drive no randomness was seen)" in once
+    assert "no randomness" not in asked(Toy(), 8).details()
+
+
 def test_looks_share_delta_and_others_are_refused():
     first, last = (asked(Toy(left=0.5), n, looks=(10, 40)) for n in (10, 40))
     assert first.look[:2] == (1, 2) and last.look[:2] == (2, 2)

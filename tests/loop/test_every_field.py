@@ -150,7 +150,7 @@ EPISODES = {
     "drifted": 0.25,
     "manoeuvres": 3,
 }
-COUNTED = {"look": Look(2, 2, Fraction(1, 2000)), "law": "other", "drive": "other"}
+COUNTED = {"look": Look(2, 2, Fraction(1, 2000))} | dict.fromkeys(("law", "drive", "again"), "x")
 
 
 def test_each_field_of_episodes_is_made_another():

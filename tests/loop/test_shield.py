@@ -337,6 +337,7 @@ def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path,
         assert env.reset()[1]["shield"]["left_at_end"] is None
         told = env.step(AHEAD * 0.7)[4]["shield"]
         assert told["left_at_end"] is left and told["reason"] == "" and not told["changed"]
+        assert told["followed_at_end"] == pytest.approx(env.every / float(env.loop.lasts))
         assert (told["clearance"] == -np.inf) is left
         file = checker.load(env.certificate(tmp_path / "end.json"))
         assert ("TUBE_LEFT" in [name for name, *_ in file["premises"]]) is left

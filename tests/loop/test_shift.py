@@ -23,13 +23,15 @@ def test_a_robot_that_changes_rings_stops_and_goes_on_with_a_new_model():
             seen, *_, info = env.step(draw.uniform(-0.6, 0.6, 2))
             told.append(info["shield"])
             if told[-1]["left"] is not None:
-                watch = watch.bet(told[-1]["left"])
+                watch = watch.bet(told[-1]["left"], told[-1]["followed"])
         return seen, watch
 
     env = shielded(bare, pj.learning.trajectory_model(net, claim), system=as_it_was)
     env.reset()
     _, watch = drive(env, pj.monitor(claim, net), 10)
     assert (watch.seen, watch.left, watch.alarm) == (9, 0, False)
+    part = 100 * env.every / float(env.loop.lasts)  # of each another took over after a step
+    assert f"9 that stayed followed for {part:.3g} % of their time alone" in watch.details()
     bare.heavier, rests = 1.4, 0
     while not watch.alarm:
         seen, watch = drive(env, watch, 4)

@@ -17,7 +17,7 @@ from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.fresh import CALIBRATION, check_fresh, seen_in_training, used_by
 from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.settings import DISCRETE_TIME
-from parc_jax.learning.bound.start_gap import StartTrial, invariances, off_from_start
+from parc_jax.learning.bound.start_gap import ALIKE, StartTrial, invariances, off_from_start
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -103,7 +103,8 @@ def ledger_of_tests(
     names = invariances(about.rotation)
     said = claim.assumptions if start is None else start.said_in(names)
     moved = {entry.partition("(")[0]: entry for entry in said if entry.startswith(names)}
-    return tuple(moved.get(entry, entry) for entry in ledger(between, about, lost, gone))
+    told = [moved.get(entry, entry) for entry in ledger(between, about, lost, gone)]
+    return (*told, *(entry for entry in said if entry == ALIKE))
 
 
 def one_of_each(

@@ -4,13 +4,16 @@ which tests in this one scene accept as many as show the risk that was asked for
 
 import time
 from dataclasses import replace
+from fractions import Fraction
+from itertools import takewhile
 
 import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look
+from parc_jax.answer.looks import Look, Looks
 from parc_jax.checker.entries import hash_of
+from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, folded, generator, key_of, stream
 from parc_jax.common.spelling import hex_text
@@ -102,6 +105,14 @@ def validated(
             raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
+    if isinstance(source, RolloutBatch):  # which may have tested other sets before
+        tests, where = once(asked.source, _tests_by), [str(answer.scene.at), str(settings)]
+        where += [problem_part(answer.scene.problem, query.model), list(seed_of(key))]
+        about = hash_of(where)
+        tests.setdefault(about, (asked.looks, look.delta))
+        before = [tests[x] for x in takewhile(lambda x: x != about, tests)]
+        others = tuple(delta for looks, delta in before if looks is not asked.looks)
+        look = look._replace(others=look.others + others)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:
@@ -135,6 +146,11 @@ def validated(
     found = replace(_as_answer(under, chosen, settings, own, after), looks=answer.looks)
     refused = len(chosen.corridors) - len(found.corridors)
     return replace(answer, validation=Validation(None if refused else found, steps, asked, refused))
+
+
+def _tests_by(runs: RolloutBatch) -> dict[str, tuple[Looks, Fraction]]:
+    """Tests of sets by recordings in this process: what of, in whose account, with which delta."""
+    return {}
 
 
 def _by_kept(answer: Answer) -> Validate | None:

@@ -24,6 +24,7 @@ from parc_jax.statement import about_episodes
 
 FORMAT = "parc_jax.episodes/5"
 HOPELESS = 4  # episodes, all failed, after which driving ends
+EACH = 100  # of so many episodes one is driven again
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
 
@@ -32,13 +33,14 @@ class Episodes:
     """Results of fresh episodes of a law. [T40]
 
     driven: all of them, by number. look: which of the looks this is, with its share of delta. law,
-    drive: name and content of each.
+    drive: name and content of each. again: how some came out when they were driven again.
     """
 
     driven: tuple[Driven, ...] = field(repr=False)
     look: Look
     law: str
     drive: str
+    again: str = "not tried"
 
     @property
     def n(self) -> int:
@@ -97,7 +99,9 @@ def drive_episodes(
     """Drive n fresh episodes of a law and bound the probability that the next one is bad. [T40]
 
     drive: (world, seed) -> Outcome, with all decisions made before: planner, model and tube,
-        sensors, end of an episode. One that fails, by an exception or its process, is bad.
+        sensors, end of an episode. One that fails, by an exception or its process, is bad. The
+        first, and of each hundred one more, are driven again at the end, and before others that go
+        on: refused where what counts differs; the first also by another seed, which is told.
     law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
         array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
@@ -145,8 +149,17 @@ def drive_episodes(
     with Ledger(folder, meta) as ledger:
         done = ledger.done
         tasks = [task_of(words, i) for i in range(n) if i not in done]
+        more, whole = {}, range(1 + n // EACH)
+        again = [task_of(words, i)._replace(number=~i) for i in whole]
+        other = task_of(words, len(whole)).of_drive  # of the first world another drive
+        again.append(task_of(words, 0)._replace(number=~n, of_drive=other))
+        stored = [one for one in again if tasks and ~one.number in done]
         with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
-            for one in driven(drive, law, tasks, workers):
+            for one in driven(drive, law, [*stored, *tasks, *again], workers):
+                if one.number < 0:
+                    more[~one.number] = one
+                    told_again(done, more, n)  # at once, before others are driven in vain
+                    continue
                 ledger.add(one)
                 bar.update()
                 if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
@@ -154,7 +167,27 @@ def drive_episodes(
                         f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
                         f"failed, the last {one.failed}."
                     )
-        return Episodes(tuple(done[i] for i in range(n)), look, *named)
+        counted = tuple(done[i] for i in range(n))
+        return Episodes(counted, look, *named, told_again(done, more, n))
+
+
+def told_again(done: dict[int, Driven], more: dict[int, Driven], n: int) -> str:
+    """How episodes came out that were driven again, by number; at n the first, by another seed of
+    its drive. Raises InputError where what counts of one differs, which its seeds do not decide.
+    """
+    clock: set[str] = set()
+    for i in sorted(more.keys() & done.keys() - {n}):
+        clock |= (differs := done[i].differs(more[i]))
+        if differs & {"touched", "left"}:
+            raise InputError(
+                f"episodes: expected that world and seed decide an episode; number {i}, driven "
+                "again, came out otherwise. Its driver goes on learning, or a file that it reads "
+                "has changed: freeze both, begin each episode anew, and drive all of them again."
+            )
+    same = n in more and not done[0].differs(more[n]) - clock
+    other = "the same: of its drive no randomness was seen" if same else "otherwise"
+    but = f" but for {', '.join(sorted(clock))}" if clock else ""
+    return f"{len(more) - 1:,} driven again, the same{but}; the first, by another seed, {other}"
 
 
 def require_of_seeds(law: Callable, seed: np.ndarray) -> None:

@@ -63,6 +63,13 @@ class Driven(NamedTuple):
         """Whether it counts against the claim: only a positive finding makes an episode good."""
         return bool(self.failed) or self.touched is not False or bool(self.left)
 
+    def differs(self, other: "Driven") -> set[str]:
+        """Names of what another drive of this episode told otherwise."""
+        if self.failed or other.failed:  # a process may die of others
+            return {"failed"} if not (self.failed and other.failed) else set()
+        one, two = ({**x.told, **x._asdict(), "number": 0, "told": 0} for x in (self, other))
+        return {x for x in one.keys() | two.keys() if repr(one.get(x)) != repr(two.get(x))}
+
 
 class Task(NamedTuple):
     """An episode to drive. seeds: two words each, for its world and for its drive."""

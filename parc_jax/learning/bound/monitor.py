@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from parc_jax.common.arrays import in_chunks
+from parc_jax.common.arrays import at_least, in_chunks
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -42,7 +42,8 @@ class Monitor:
     first and the last row of each.
     missing: rows of these files, by file, that were not observed, among which those that failed may
     be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
-    the observed runs, in words. logs: whether any are of a log. of: hash of the claim.
+    the observed runs, in words. logs: whether any are of a log. of: hash of the claim. cut: bets on
+    runs that stayed, but were followed in part alone; followed: the sum of these parts.
     """
 
     claim: ErrorClaim
@@ -66,6 +67,8 @@ class Monitor:
     laws: frozenset[str] = frozenset()
     logs: bool = False
     of: str = ""
+    cut: int = 0
+    followed: float = 0.0
 
     def __post_init__(self) -> None:
         check_network(self.claim, self.net)
@@ -106,10 +109,14 @@ class Monitor:
             "counted as failed": self.failed,
         }
         bets = self.seen - self.failed - len(self.groups or self.ids)
+        part = "each followed to its end"
+        if self.cut:
+            share = rounded_down(100 * self.followed / self.cut, 3)
+            part = f"{self.cut:,} that stayed followed for {share} % of their time alone"
         gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
         assumed = {
             "LAW": law,
-            "TOLD": [f"{bets:,} by `bet`, whose runs were not looked at"] * (bets > 0),
+            "TOLD": [f"{bets:,} by `bet`, not looked at, {part}"] * (bets > 0),
             "FRESH": not_named(claim, self.logs),
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],
@@ -189,14 +196,21 @@ class Monitor:
             state = state.bet(bool(outside))
         return state
 
-    def bet(self, outside: bool) -> "Monitor":
-        """The monitor after one run that stayed inside or left the tube. Raises InputError."""
+    def bet(self, outside: bool, followed: float = 1.0) -> "Monitor":
+        """The monitor after one run that stayed inside or left the tube. Raises InputError.
+
+        followed: share of its time that was driven, as `Shield` tells it; of the rest nothing is
+            known where another took over, which the sentence says.
+        """
         if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
             raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
-        bets, rate = self.bets, self.rate
+        if (share := at_least("bet: followed", followed)) > 1:
+            raise InputError(f"bet: expected followed, a share up to 1; got {followed!r:.60}.")
+        bets, rate, cut = self.bets, self.rate, share < 1 and not outside
         gain = np.log(bets / rate) if outside else np.log1p(-bets) - np.log1p(-rate)
         wealth = self.log_wealth + gain
         after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
+        after = replace(after, cut=self.cut + cut, followed=self.followed + cut * share)
         return replace(after, peak=max(self.peak, after.e_value))
 
 

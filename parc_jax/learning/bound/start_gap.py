@@ -29,9 +29,11 @@ from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
+from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
+ALIKE = "NO_DISTURBANCE(runs of one k under two keys are the same to the last bit)"
 SAME = 1e-4  # [of the distance travelled] by which runs that are compiled apart may round apart
 FAR = 10.0  # times the travelled distance: as far away are STARTS starts, beside as many headings
 
@@ -140,22 +142,23 @@ def _both(
 
 
 class StartTrial(NamedTuple):
-    """Declared influence of the start, and the largest one of trials.
+    """Declared influence of the start, and the largest one of trials; and whether keys matter.
 
     declared: [m or rad] bound on the influence of the place of the start, and once more of its
         heading where the system declares `rotation`. seen, turned: largest effect of a place and of
-        a heading in a trial, None = not tried.
+        a heading in a trial, None = not tried. alike: runs of one k under two keys were the same.
     """
 
     declared: float
     seen: float | None
     turned: float | None = None
+    alike: bool = False
 
     @property
     def record(self) -> dict[str, str | None]:
         """As evidence of a claim: numbers as hex floats."""
         names = ("gap", "seen", "turned")
-        return {n: None if x is None else x.hex() for n, x in zip(names, self, strict=True)}
+        return {n: None if x is None else x.hex() for n, x in zip(names, self[:3], strict=True)}
 
     def said_in(self, assumptions: Iterable[str]) -> tuple[str, ...]:
         """The assumptions, those on the start with its numbers."""
@@ -163,7 +166,7 @@ class StartTrial(NamedTuple):
         for entry, x, of in tried:
             seen = "not measured" if x is None else f"{rounded_up(x, 6)} seen from {STARTS} {of}"
             named[entry] = f"{entry}(within {rounded_up(str(self.declared), 6)}; {seen})"
-        return tuple(named.get(entry, entry) for entry in assumptions)
+        return (*(named.get(entry, entry) for entry in assumptions), *[ALIKE] * self.alike)
 
 
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -182,6 +185,11 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     turned = None
     if isinstance(system, Chained):  # its runs begin in motion, and those to try at rest
         return StartTrial(declared, None, None)
+    alike = False
+    if isinstance(system, PythonSystem):  # whose code may seed what it likes
+        k = generator(key).uniform(system.domain.lo, system.domain.hi)
+        two = collect(system, key, 2, Stage.SEARCH, k=np.stack([k, k]), quiet=True)
+        alike = not two.failed.any() and all((x[0] == x[1]).all() for x in (two.p, two.q))
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
@@ -192,7 +200,7 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
             )
     offered = ("rollout_from", "rollout_from_batch")
     if not any(callable(getattr(system, name, None)) for name in offered):
-        return StartTrial(declared, None, turned)
+        return StartTrial(declared, None, turned, alike)
     few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
     starts = FAR * float(travelled) * generator(key).uniform(-1, 1, (STARTS, system.n_p))
@@ -205,7 +213,7 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
             f"{gap.q.max(initial=0.0):.3g}. Make the start part of k, or declare a --gap that "
             "holds everywhere: the tube is widened by it."
         )
-    return StartTrial(declared, gap.largest, turned)
+    return StartTrial(declared, gap.largest, turned, alike)
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
