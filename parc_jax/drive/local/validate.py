@@ -4,14 +4,12 @@ which tests in this one scene accept as many as show the risk that was asked for
 
 import time
 from dataclasses import replace
-from fractions import Fraction
-from itertools import takewhile
 
 import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look, Looks
+from parc_jax.answer.looks import Look
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
@@ -83,7 +81,9 @@ def validated(
         if asked is None:
             return answer
         # a solve that is repeated makes the same tests: it is no second look
-        key = key_of(0)
+        key, tests = key_of(0), once(asked.source, _tests_by)
+        where = problem_part(answer.scene.problem, query.model), str(answer.scene.at), str(settings)
+        answer.looks.others += (asked.delta,) * tests.setdefault(hash_of(where), len(tests))
     if lawless:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
@@ -105,14 +105,6 @@ def validated(
             raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
-    if isinstance(source, RolloutBatch):  # which may have tested other sets before
-        tests, where = once(asked.source, _tests_by), [str(answer.scene.at), str(settings)]
-        where += [problem_part(answer.scene.problem, query.model), list(seed_of(key))]
-        about = hash_of(where)
-        tests.setdefault(about, (asked.looks, look.delta))
-        before = [tests[x] for x in takewhile(lambda x: x != about, tests)]
-        others = tuple(delta for looks, delta in before if looks is not asked.looks)
-        look = look._replace(others=look.others + others)
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:
@@ -148,8 +140,8 @@ def validated(
     return replace(answer, validation=Validation(None if refused else found, steps, asked, refused))
 
 
-def _tests_by(runs: RolloutBatch) -> dict[str, tuple[Looks, Fraction]]:
-    """Tests of sets by recordings in this process: what of, in whose account, with which delta."""
+def _tests_by(runs: RolloutBatch) -> dict[str, int]:
+    """What recordings tested by default in this process, and after how many others."""
     return {}
 
 

@@ -149,11 +149,10 @@ def drive_episodes(
     with Ledger(folder, meta) as ledger:
         done = ledger.done
         tasks = [task_of(words, i) for i in range(n) if i not in done]
-        more, whole = {}, range(1 + n // EACH)
-        again = [task_of(words, i)._replace(number=~i) for i in whole]
-        other = task_of(words, len(whole)).of_drive  # of the first world another drive
-        again.append(task_of(words, 0)._replace(number=~n, of_drive=other))
+        more, again = {}, [task_of(words, i)._replace(number=~i) for i in range(1 + n // EACH)]
         stored = [one for one in again if tasks and ~one.number in done]
+        other = task_of(words, len(again)).of_drive  # of the first world another drive
+        again.append(again[0]._replace(number=~n, of_drive=other))
         with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
             for one in driven(drive, law, [*stored, *tasks, *again], workers):
                 if one.number < 0:
@@ -167,8 +166,8 @@ def drive_episodes(
                         f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
                         f"failed, the last {one.failed}."
                     )
-        counted = tuple(done[i] for i in range(n))
-        return Episodes(counted, look, *named, told_again(done, more, n))
+        named.append(told_again(done, more, n))
+        return Episodes(tuple(done[i] for i in range(n)), look, *named)
 
 
 def told_again(done: dict[int, Driven], more: dict[int, Driven], n: int) -> str:

@@ -204,9 +204,8 @@ class Monitor:
         """
         if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
             raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
-        if (share := at_least("bet: followed", followed)) > 1:
-            raise InputError(f"bet: expected followed, a share up to 1; got {followed!r:.60}.")
-        bets, rate, cut = self.bets, self.rate, share < 1 and not outside
+        share, bets, rate = at_least("bet: followed", followed), self.bets, self.rate
+        cut = share < 1 and not outside
         gain = np.log(bets / rate) if outside else np.log1p(-bets) - np.log1p(-rate)
         wealth = self.log_wealth + gain
         after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
