@@ -26,6 +26,7 @@ from parc_jax.learning.runs.law import law_spec
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
 from sims.foreign.husky import log, windows
 from sims.foreign.husky.scenario import problem
+from sims.recorded import replay_recorded
 from sims.rectangle import POINTS, centre_and_corners
 
 UNSEEN = 0.2  # of the recordings
@@ -152,7 +153,7 @@ def row(
     answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), settings)
     told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
-    replayed = pj.drive.replay_recorded(answer, unseen) if answer.status.found else None
+    replayed = replay_recorded(answer, unseen) if answer.status.found else None
     if replayed is not None:
         n = replayed.counts()
         share = f"{rounded_down(100 * answer.share_of_k())} %"

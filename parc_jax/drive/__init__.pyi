@@ -1,6 +1,5 @@
 """What the room offers: the one list, for type checkers and for `__init__.py`."""
 
-from parc_jax.app.study.replay import replay_recorded as replay_recorded
 from parc_jax.drive.local.localise import Local as Local
 from parc_jax.drive.local.validation import Validate as Validate
 from parc_jax.drive.loop.candidates import Outlook as Outlook

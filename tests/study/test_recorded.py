@@ -14,6 +14,7 @@ from parc_jax.learning.bound.fresh import SEEN, SHAPE, short_ids
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.law import law_spec
+from sims.recorded import replay_recorded
 
 N = 40
 
@@ -40,7 +41,7 @@ def runs(answer):
 
 
 def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
-    found = pj.drive.replay_recorded(answer, runs)
+    found = replay_recorded(answer, runs)
     assert (
         found.with_start.any() and (np.unique(found.row) == np.flatnonzero(found.with_start)).all()
     )
@@ -62,12 +63,12 @@ def test_runs_that_made_the_tube_and_rows_left_out_are_said(answer, runs):
     sized = [SHAPE, "log", None, None, sorted(short_ids(runs.select(slice(0, N // 2)).hashes()))]
     claim = derived(answer.model.claim, evidence={SEEN: [sized]})
     tested = SimpleNamespace(model=answer.model.replace(claim=claim), **shown(answer))
-    said = pj.drive.replay_recorded(tested, runs).details()
+    said = replay_recorded(tested, runs).details()
     assert f"{N // 2} of these runs made the tube, and do not test it." in said
     assert "left out" not in said
     p = np.array(runs.p)
     p[1::4, -1] = np.nan
-    said = pj.drive.replay_recorded(answer, runs.replace(p=p).finite).details()
+    said = replay_recorded(answer, runs.replace(p=p).finite).details()
     assert f" {N // 4} rows of their log were left out." in said and "made the tube" not in said
 
 
@@ -76,16 +77,16 @@ def test_runs_that_stray_are_counted_and_ones_that_cannot_fail_are_a_fault(
 ):
     slide = np.linspace(0.0, 0.7, runs.p.shape[1])[None, :, None]
     strayed = runs.replace(p=runs.p + slide)
-    seen = pj.drive.replay_recorded(answer, strayed).runs
+    seen = replay_recorded(answer, strayed).runs
     assert not seen.inside.any() and seen.failed.all()
     monkeypatch.setattr(replaying, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
     with pytest.raises(SoundnessError, match="contradicts the proof"):
-        pj.drive.replay_recorded(answer, strayed)
+        replay_recorded(answer, strayed)
 
 
 def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
     model, scene = answer.model, answer.scene
-    found = pj.drive.replay_recorded(answer, runs)
+    found = replay_recorded(answer, runs)
     mine = runs.select(found.row)
     again = pj.replay(mine, scene, found.plans)
     np.testing.assert_array_equal(again.clearance, found.runs.clearance)
@@ -101,12 +102,12 @@ def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
 def test_without_a_start_there_is_no_replay(answer, runs):
     wide = pj.box(2 * answer.model.domain.lo, 2 * answer.model.domain.hi)
     outside = runs.replace(k=runs.k + 10.0, domain=wide)
-    assert pj.drive.replay_recorded(answer, outside) is None
+    assert replay_recorded(answer, outside) is None
 
 
 def test_under_uncertainty_there_is_no_replay(runs):
     with pytest.raises(InputError, match="without uncertainty"):
-        pj.drive.replay_recorded(
+        replay_recorded(
             SimpleNamespace(
                 scene=SimpleNamespace(nominal=SimpleNamespace(uncertainty="of the start"))
             ),

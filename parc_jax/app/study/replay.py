@@ -1,5 +1,4 @@
-"""Replay of certified plans: in the black box, the only test that knows the truth, or by recorded
-runs, moved to starts from which an answer proves their k safe.
+"""Replay of certified plans in the black box, the only test that knows the truth.
 
 A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a
 bug, and raises. A run that left the tube is counted against the claim.
@@ -10,12 +9,10 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.answer.answer import Answer
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import require_begins
 from parc_jax.learning.bound.counts import clopper_pearson
-from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.start_gap import off_from_start
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -26,7 +23,6 @@ from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 CHUNK = 256
-STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Replay(NamedTuple):
@@ -61,7 +57,7 @@ def replay(
     """Run plans (n, n_p + n_k) with fresh randomness from the REPLAY stream of `key`.
 
     system: a black box; or a RolloutBatch of recorded runs, one for the k of each plan, in order,
-        which are moved to the plans' starts: then key is unused. `replay_recorded` finds such
+        which are moved to the plans' starts: then key is unused. `sims.recorded` finds such
         plans.
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
     recorded runs of other k, on another time grid or of other points.
@@ -123,8 +119,8 @@ def _executed(
             raise InputError(
                 "replay: expected recorded runs on the time grid and of the reference points of "
                 f"the model, one run of each plan's own k, in order; got {runs.n} runs for "
-                f"{len(k)} plans. Select rows of the batch, or let `replay_recorded` find the "
-                "plans."
+                f"{len(k)} plans. Select rows of the batch, or let "
+                "`sims.recorded` find the plans."
             )
     return runs, inside_tube(model.claim, model.net, runs)
 
@@ -138,64 +134,3 @@ def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
             f"inside the tube; the first is (p0, k) = {plans[first].tolist()}. This contradicts "
             "the proof: please report it with the answer."
         )
-
-
-class Recorded(NamedTuple):
-    """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
-    replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
-    answer proves safe. used: runs that the network or the tube was made from. gone: rows of their
-    log that are missing.
-    """
-
-    runs: Replay
-    plans: np.ndarray
-    row: np.ndarray
-    with_start: np.ndarray
-    used: int = 0
-    gone: int = 0
-
-    def counts(self) -> dict[str, int]:
-        """Numbers of runs, of their replays, and of the outcomes."""
-        done = self.runs
-        counts = {"runs": len(self.with_start), "with_start": int(self.with_start.sum())}
-        counts |= {"replays": len(self.plans), "left_the_tube": int((~done.inside).sum())}
-        counts |= {"missed_the_goal": int((~done.reached).sum())}
-        return counts | {"touched": int(done.touched.sum())}
-
-    def details(self) -> str:
-        """One sentence."""
-        n = self.counts()
-        return (
-            f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
-            f"that is shown to be safe; of {n['replays']:,} replays from such starts "
-            f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
-            f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
-            + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
-            + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
-        )
-
-
-def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
-    """Move every recorded run to starts from which the answer proves its k safe, at most STARTS
-    each; None where no run has one.
-
-    Raises InputError for an answer under uncertainty, or runs on another time grid or of other
-    points; SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
-    """
-    if answer.scene.nominal.uncertainty is not None:
-        raise InputError(
-            "replay_recorded: expected an answer without uncertainty, since recorded runs were "
-            "executed as they are; solve the same problem with uncertainty=None."
-        )
-    # of each run at most STARTS plans that the answer proves safe with its k
-    known = np.flatnonzero(answer.model.domain.contains(runs.k))
-    starts = answer.starts(jax.random.PRNGKey(0), runs.k[known], STARTS)
-    row = np.repeat(known, [len(p0) for p0 in starts])
-    if not len(row):
-        return None
-    plans = np.concatenate([np.concatenate(starts), runs.k[row]], axis=1)
-    done = replay(runs.select(row), answer.scene, plans)
-    made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
-    return Recorded(
-        done, plans, row, of, int((made != "").sum()), left_out_beside(answer.model.claim, runs)
-    )

@@ -7,11 +7,11 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.shapes import predicted
-from parc_jax.app.study.replay import Recorded
 from parc_jax.learning.bound.measure import measure
 from parc_jax.problem.body import numbered
 from sims.foreign.husky import params as c
 from sims.foreign.husky.learn import Halves
+from sims.recorded import Recorded
 
 SHOWN = (0.0, 0.03, 0.2, 0.4, 0.6, 0.95)  # replays drawn, of all from the farthest way on
 KINDS = {"driving (both sides the same way)": 8, "turning (against each other)": 2}  # their bins

@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.job import finish
-from parc_jax.app.study.replay import Recorded, replay_recorded
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.planner import Planner
@@ -17,6 +16,7 @@ from sims.foreign.husky.learn import claimed, first_look, halves, network, profi
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem
 from sims.foreign.husky.unseen import Unseen, unseen
+from sims.recorded import Recorded, replay_recorded
 
 EPS = 0.1  # asked for; without discards the claim carries the smaller one that the log supports
 PLANS = 50  # safe plans returned

@@ -14,7 +14,6 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.app.study.replay import replay_recorded
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
@@ -28,6 +27,7 @@ from sims.foreign.husky.learn import DELTA, trained
 from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem
 from sims.foreign.husky.twist import TwistModel, identify
 from sims.foreign.husky.windows import SECONDS, read_windows
+from sims.recorded import replay_recorded
 
 
 def trial(

@@ -9,7 +9,6 @@ import sims
 from parc_jax.app import cli
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study import replay
-from parc_jax.app.study.replay import replay_recorded
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.learning.network.train import training_arrays
@@ -17,6 +16,7 @@ from sims.foreign.husky import learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c
 from sims.foreign.husky.job import job, tally
+from sims.recorded import replay_recorded
 
 GAIN = np.array([[0.08, 0.07], [-0.02, 0.03], [-0.17, 0.16]])
 

@@ -1,0 +1,75 @@
+"""Recorded runs judge an answer: each moved to starts from which the answer proves its k safe."""
+
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.app.study.replay import Replay, replay
+from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.fresh import left_out_beside, used_by
+from parc_jax.learning.runs.batch import RolloutBatch
+
+STARTS = 10  # of those that prove safe, replayed at most
+
+
+class Recorded(NamedTuple):
+    """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
+    replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
+    answer proves safe. used: runs that the network or the tube was made from. gone: rows of their
+    log that are missing.
+    """
+
+    runs: Replay
+    plans: np.ndarray
+    row: np.ndarray
+    with_start: np.ndarray
+    used: int = 0
+    gone: int = 0
+
+    def counts(self) -> dict[str, int]:
+        """Numbers of runs, of their replays, and of the outcomes."""
+        done = self.runs
+        counts = {"runs": len(self.with_start), "with_start": int(self.with_start.sum())}
+        counts |= {"replays": len(self.plans), "left_the_tube": int((~done.inside).sum())}
+        counts |= {"missed_the_goal": int((~done.reached).sum())}
+        return counts | {"touched": int(done.touched.sum())}
+
+    def details(self) -> str:
+        """One sentence."""
+        n = self.counts()
+        return (
+            f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
+            f"that is shown to be safe; of {n['replays']:,} replays from such starts "
+            f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
+            f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
+            + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
+            + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
+        )
+
+
+def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
+    """Move every recorded run to starts from which the answer proves its k safe, at most STARTS
+    each; None where no run has one.
+
+    Raises InputError for an answer under uncertainty, or runs on another time grid or of other
+    points; SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
+    """
+    if answer.scene.nominal.uncertainty is not None:
+        raise InputError(
+            "replay_recorded: expected an answer without uncertainty, since recorded runs were "
+            "executed as they are; solve the same problem with uncertainty=None."
+        )
+    # of each run at most STARTS plans that the answer proves safe with its k
+    known = np.flatnonzero(answer.model.domain.contains(runs.k))
+    starts = answer.starts(jax.random.PRNGKey(0), runs.k[known], STARTS)
+    row = np.repeat(known, [len(p0) for p0 in starts])
+    if not len(row):
+        return None
+    plans = np.concatenate([np.concatenate(starts), runs.k[row]], axis=1)
+    done = replay(runs.select(row), answer.scene, plans)
+    made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
+    return Recorded(
+        done, plans, row, of, int((made != "").sum()), left_out_beside(answer.model.claim, runs)
+    )
