@@ -96,7 +96,7 @@ class BatchShield:
     of a clearance, since its directions are not searched for: near the least that is asked it may
     be warier; and no k on an edge between bins is safe to it. [T14, T28, T38] A step tests the pose
     before it: the last one of an episode is tested by one more, of which nothing is driven, and
-    `UnderWay.left` says the result; else of the last step's tube nothing is known.
+    `UnderWay.left` says the result where that is finite; else of the last tube nothing is known.
 
     model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.
@@ -174,9 +174,9 @@ class BatchShield:
     ) -> tuple[UnderWay, Driven]:
         """The nearest certified manoeuvre of each environment, or the one under way.
 
-        pose (b, 2 or 3), given (b, n_given): measured now. corners (b, o, v, 2) [m] of convex
-        obstacles in the world, counter-clockwise, one repeated where there are fewer; active (b, o)
-        bool. action (b, m): proposed by the policy. Raises InputError for that of another shield.
+        pose (b, 2; 3 where the model turns), given (b, n_given): measured now. corners (b, o, v, 2)
+        [m] of convex obstacles in the world, counter-clockwise, one repeated where there are fewer;
+        active (b, o) bool. action (b, m): proposed. Raises InputError for that of another shield.
         """
         if under_way.shield != self._content:  # static, so compared when it is traced
             raise InputError(
@@ -205,9 +205,9 @@ class BatchShield:
         b, o = active.shape if active.ndim == 2 else (0, 0)
         turns, n = self._model.rotation is not None, len(self._given)
         told = [x.shape for x in found]
-        poses, wanted = [(b, 2), (b, 2 + turns)], [(b, n), (b, o, *told[2][2:3], 2), (b, o)]
-        if told[0] not in poses or told[1:4] != wanted or any(not x[1:] or x[0] != b for x in told):
-            pose = "2 or 3" if turns else "2; its model declares no rotation"
+        wanted = [(b, 2 + turns), (b, n), (b, o, *told[2][2:3], 2), (b, o)]
+        if told[:4] != wanted or any(not x[1:] or x[0] != b for x in told):
+            pose = "3" if turns else "2; its model declares no rotation"
             raise InputError(
                 f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "
                 f"(b, o, v, 2), active (b, o), action (b, m); got {told}."

@@ -10,6 +10,8 @@ from needs import need
 from toy_models import told
 
 import parc_jax as pj
+import sims.point
+import sims.point.sensing
 from parc_jax.common.backend import ACCELERATOR, CPU
 from parc_jax.drive import shield_batch
 from parc_jax.learning.bound.claim import derived
@@ -248,6 +250,14 @@ def test_arrays_of_other_shapes_are_refused_in_a_sentence(batch, place, wrong, w
     of[place] = wrong
     with jax.enable_x64(True), pytest.raises(pj.InputError, match=words):
         made.start(*of)
+
+
+def test_a_model_that_turns_wants_headings():
+    """Without one each was taken for 0."""
+    shield = pj.drive.BatchShield(sims.point.model(), **sims.point.sensing.batch_door())
+    of = np.zeros((1, 2)), np.zeros((1, 3)), np.zeros((1, 1, 4, 2)), np.zeros((1, 1), bool)
+    with jax.enable_x64(True), pytest.raises(pj.InputError, match=r"pose \(b, 3\), given"):
+        shield.start(*of)
 
 
 def test_an_action_of_one_number_is_not_taken_for_two(batch):
