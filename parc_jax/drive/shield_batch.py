@@ -32,8 +32,9 @@ from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all,
 TOGETHER = 8  # and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
-RANKED, EVERY, FAN = 4, 2, 128  # what ranking looks at: nearest obstacles, of knots, directions
-SEEN = 5e-4  # [m] by which ranking may take a clearance for too small
+RANKED, EVERY = 4, 2  # what ranking looks at: nearest obstacles, of knots
+FAN, TOUCHED = 128, 16  # directions of errors, of which one in so many has a place in ranking
+SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
 TINY = 1e-12  # [m], [m^2] a part of a way that is shorter is none: no division by zero
 
 
@@ -143,14 +144,19 @@ class BatchShield:
         kept = (2 * knots - np.array([[2], [1]])).ravel()
         weights, biases = ((*x[:-1], x[-1][kept]) for x in (model.net.weights, model.net.biases))
         self._few = model.net.replace(weights=weights, biases=biases)
-        along = np.arange(FAN) / (FAN // 4)  # the square |x| + |y| = 1
-        ways = np.stack([abs(along - 2) - 1, abs((along - 1) % 4 - 2) - 1], axis=1)
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-        taken = np.stack([model.tube.errors.support(way)[..., 0] for way in ways], axis=-1)
-        # the least of three ways, for the right one lies between them
-        taken = np.min([np.roll(taken, i, axis=-1) for i in (-1, 0, 1)], axis=0)
-        since = np.append(0, knots[:-1])
-        self._taken = np.minimum.reduceat(taken, since, axis=1).astype(np.float32)
+        angles = 2 * np.pi / FAN * np.arange(FAN)
+        ways = np.stack([np.cos(angles), np.sin(angles)])
+        taken = np.stack([model.tube.errors.support(way)[..., 0] for way in ways.T], axis=-1)
+        taken = np.minimum.reduceat(taken, np.append(0, knots[:-1]), axis=1)
+        taken = taken.reshape(*model.tube.grid, *taken.shape[1:]).min(axis=tuple(chosen))
+        taken = taken.reshape(-1, len(knots), FAN)  # by bins of what is given
+        # a table would be read number by number: in its place (bins, knots, 2, .) places where some
+        # of these ways touch the errors, and how much too much (bins, knots) they say in others
+        slope = (np.roll(taken, -1, axis=-1) - np.roll(taken, 1, axis=-1)) / (2 * np.sin(angles[1]))
+        across = slope[..., None, :] * np.stack([-ways[1], ways[0]])
+        touched = (taken[..., None, :] * ways + across)[..., ::TOUCHED]
+        over = ((touched.swapaxes(-1, -2) @ ways).max(axis=-2) - taken).max(axis=-1).clip(0.0)
+        self._touched, self._over = touched.astype(np.float32), over.astype(np.float32)
         # seen from the robot: a goal that holds every end, no obstacle yet
         here = pose_of(np.zeros(2 + (model.rotation is not None)), model)
         scenes = Scenes(model, Disc(float(self._radius)), None, Uncertainty())
@@ -291,8 +297,6 @@ class BatchShield:
         far = jnp.linalg.norm(away, axis=1).at[0].set(0.0)
         far, brake = far[:-1], far[-1]
         nearer = ((asked.ahead <= 0) | (far * asked.ahead < brake)).at[0].set(True)
-        ends = jax.vmap(jax.tree.map(single, self._few))(single(k))
-        bins = jax.vmap(open_bin_of, (None, 0))(self._model.tube.edges, k)
         corners = jnp.where(seen.active[:, None, None], _from_robot(seen), self._far)
         middle = corners.mean(axis=1)  # what is not there is far away, whatever its corners are
         near = jax.lax.top_k(-(middle**2).sum(axis=1), min(RANKED, len(middle)))[1]
@@ -300,11 +304,10 @@ class BatchShield:
         # a disc within each: as wide as its sides are near
         sides = (corners + jnp.roll(corners, 1, axis=1)) / 2 - middle[:, None]
         within = jnp.sqrt((sides**2).sum(axis=-1).min(axis=1)) + single(self._radius)
-        # without it XLA would compute the network anew for each axis and obstacle
-        ends, bins = jax.lax.optimization_barrier((ends, bins))
+        few = jax.tree.map(single, self._few)  # candidates last, side by side
+        axes = jnp.split(jax.vmap(few, out_axes=1)(single(k)), 2)
         # from the nearest place of each part of the way to the nearest obstacle, axis by axis
-        axes = jnp.split(ends, 2, axis=1)
-        bx, by = (jnp.pad(end, ((0, 0), (1, 0)))[:, :-1] for end in axes)
+        bx, by = (jnp.pad(end, ((1, 0), (0, 0)))[:-1] for end in axes)
         px, py = (end - begin for end, begin in zip(axes, (bx, by), strict=True))
         scale = 1 / jnp.maximum(px**2 + py**2, TINY)
         least, x, y = jnp.full(px.shape, jnp.inf, px.dtype), px, py
@@ -315,12 +318,15 @@ class BatchShield:
             gap = jnp.sqrt(ax**2 + ay**2) - size
             x, y = jnp.where(gap < least, ax, x), jnp.where(gap < least, ay, y)
             least = jnp.minimum(gap, least)
-        # what errors take that way, which is numbered along that square
-        way = y / jnp.maximum(abs(x) + abs(y), TINY)
-        # without a branch, which a processor would predict wrongly half of the time
-        way = jnp.round((1 - jnp.copysign(1 - way, x)) * (FAN // 4)).astype(jnp.int32) % FAN
-        taken = jnp.asarray(self._taken)[bins[:, None], np.arange(way.shape[1]), way]
-        may = (least - taken).min(axis=1).astype(k.dtype) + SEEN >= asked.least
+        bin = open_bin_of([self._model.tube.edges[i] for i in self._given], seen.given)
+        taken = jnp.full(px.shape, -jnp.inf, px.dtype)
+        for i in range(self._touched.shape[-1]):
+            tx, ty = jnp.asarray(self._touched)[bin, :, :, i].T
+            taken = jnp.maximum(tx[:, None] * x + ty[:, None] * y, taken)
+        taken = (
+            taken / jnp.sqrt(jnp.maximum(x**2 + y**2, TINY)) - jnp.asarray(self._over)[bin, :, None]
+        )
+        may = (least - taken).min(axis=0).astype(k.dtype) + SEEN >= asked.least
         return jnp.where(nearer & may, far, jnp.inf)
 
     def _clearance(self, seen: Seen, k: jax.Array, nearest: int) -> jax.Array:
