@@ -450,14 +450,6 @@ CARRIED = (
         "tests/claim/test_monitor.py::test_each_premise_of_a_monitor_is_in_its_sentence",
     ),
     Fault(
-        "sizes_of_a_page_share_no_delta",
-        "at_other_eps",
-        "looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []",
-        "looks, off, claims = claim.looks, off_from_start(claim), []",
-        "tests/claim/test_calibrate.py"
-        "::test_claims_at_other_eps_are_those_of_the_same_runs_with_so_many_discards",
-    ),
-    Fault(
         "a_loop_goes_on_with_what_another_proved",
         "Loop.restart",
         "if first not in (None, self._last):",

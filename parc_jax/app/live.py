@@ -21,7 +21,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import convex_hull
-from parc_jax.learning.bound.calibrate import at_other_eps
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
 from parc_jax.method import Exact
@@ -93,17 +92,11 @@ class Live:
     at: as of `Planner.solve`. wanted: plans to draw, 16 to 64. Raises InputError.
 
     k: (2, n_k) of plans and of the set. off: [m] half widths of what is not known of the pose and
-    of obstacles, beside what the problem says. planner: one of `planners`, which share a network,
-    by rising eps, each with its part of delta; at first that with the tube of the model.
+    of obstacles, beside what the problem says.
     """
 
     def __init__(self, model: TrajectoryModel, problem: Problem, at=None, wanted=32, seed=0):
-        # who may choose among several sizes has delta split over them, its own size too
-        claims = at_other_eps(model.claim) or (model.claim,)
-        self.planners = [Planner(model.replace(claim=claim)) for claim in claims]
-        sizes = [claim.discard for claim in claims]
-        own = sizes.index(model.claim.discard) if model.claim.discard in sizes else 0
-        self.planner, self.wanted = self.planners[own], wanted
+        self.model, self.planner, self.wanted = model, Planner(model), wanted
         self._told, self._key = problem, jax.random.PRNGKey(seed)
         self.k = np.stack([model.domain.lo, model.domain.hi])
         self.off = {"pose": 0.0, "obstacles": 0.0}
@@ -135,16 +128,6 @@ class Live:
         corners = rows + own if n_p == 2 else (2 * rows - 4) * max(own, 1)
         # one size for every place of everything: nothing compiles while something is dragged
         self._size = size_class(len(whole.obstacles.active)), size_class(corners, 2**n_p)
-
-    @property
-    def model(self) -> TrajectoryModel:
-        """Under the claim whose tube is drawn with."""
-        return self.planner.model
-
-    def allow(self, eps: float) -> None:
-        """Draw with the tube of the claim of the largest eps up to this one, or with the first."""
-        fits = [p for p in self.planners if float(p.model.claim.eps) <= eps * (1 + 1e-9)]
-        self.planner = max(fits, key=lambda p: p.model.claim.eps, default=self.planners[0])
 
     def move(self, name: str, place, turn: float | np.ndarray | None = None) -> None:
         """Drag a free grip to a place (n_p,) [m], turned by an angle [rad] or a matrix (n_p, n_p).
@@ -191,8 +174,7 @@ class Live:
         return np.r_[place, self._heading + turned][: self.pose_size]
 
     def _nominal(self):
-        planner = self.planner  # once: a slider may change it meanwhile, and its cache is its own
-        return query(self.problem, planner.model, self.at).nominal(planner._robust_models)
+        return query(self.problem, self.model, self.at).nominal(self.planner._robust_models)
 
     def scene(self) -> Scene:
         """As it was dragged, of the part of K asked for, always of one size. Raises InputError."""

@@ -98,16 +98,6 @@ class Page:
             ends = (0.0, "exact"), (most, f"{most:g}")
             slider = gui.add_slider(f"{name} off by [m]", 0.0, most, most / 20, 0.0, marks=ends)
             self._slides(slider, lambda half, name=name: live.off.__setitem__(name, half))
-        eps = [p.model.claim.eps or 0 for p in live.planners]
-        if eps[0] < max(eps):
-            lo, hi = float(eps[0]), float(max(eps))
-            ends = (lo, rounded_up(eps[0], 2)), (hi, rounded_up(max(eps), 2))
-            step = (hi - lo) / 100
-            at = float(live.model.claim.eps)
-            slider = gui.add_slider("eps of the tube", lo, hi, step, at, marks=ends)
-            self._slides(slider, live.allow)
-        else:
-            gui.add_markdown("No slider for eps: this claim keeps one size of its tube.")
         gui.add_button("save scene.toml").on_click(
             lambda event: event.client.send_file_download("scene.toml", live.toml().encode())
         )

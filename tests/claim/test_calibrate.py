@@ -18,8 +18,6 @@ from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import Local
 from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.calibrate import (
-    SIZES,
-    at_other_eps,
     calibrate,
     calibrate_bins,
 )
@@ -28,9 +26,7 @@ from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.bound.settings import AccelerationBound, ModelBound, SpeedBound
-from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.joined import concatenate
@@ -76,68 +72,6 @@ def test_the_tube_holds_every_run_it_was_sized_by(holdout, profile, train):
         errors.final >= claim.tube.final[number] * (1 - 1e-12)
     ).any()
     assert touching  # and no larger than the worst run needs
-
-
-@pytest.mark.parametrize("shape", ["box", "fitted"])
-def test_claims_at_other_eps_are_those_of_the_same_runs_with_so_many_discards(
-    holdout, profile, train, shape
-):
-    """Each as if it had been made alone, at its part of delta; the gap of the start and the time
-    between records are not scaled with the tube, which is nowhere narrower than by the scores.
-    """
-    if shape == "fitted":
-        profile = fitted_profile(NET, [train], (3, 1))
-    speed = {"intersample": SpeedBound(5.0), "eps": 1e-2, "delta": 1e-3}
-    trial = StartTrial(1e-3, None)
-    claim = allow_for_start(calibrate(NET, holdout, profile, train=train, **speed), trial)
-    others = at_other_eps(claim)
-    assert [other.discard for other in others] == list(SIZES) and len(SIZES) == 6
-    for r, other in zip(SIZES, others, strict=True):
-        alone = calibrate(NET, holdout, profile, train=train, discard=r, looks=6, **speed)
-        alone = allow_for_start(alone, trial)
-        score = float.fromhex(alone.evidence["scale"])
-        off = profile.halves_around(np.array(claim.intersample) + 1e-3, 1e-3)
-        parts = other.tube.halves, profile.halves, off, alone.tube.halves
-        for half, size, more, own in zip(*parts, strict=True):
-            assert (half >= score * size + more).all()
-            assert np.allclose(half, own, rtol=1e-9, atol=1e-8)
-        assert (other.eps, other.looks) == (alone.eps, 6) and other.delta == claim.delta
-        assert (~inside_tube(other, NET, holdout)).sum() <= r
-        assert other.eps == supported_eps(688, 1e-3 / 6, r)
-        assert "UNSEEN(6 looks; " in other.details()
-        facts = other.facts()
-        facts |= {"network_hash": other.network, "tube_hash": other.tube.hash}
-        hashes = {"network": other.network, "tube": other.tube.hash}
-        assert checked_claim(facts, hashes, other.tube.n_bins)["checked"]
-
-
-def test_a_claim_about_bins_recordings_or_nothing_keeps_one_size(system, holdout, profile):
-    scores = score_batch(NET, collect(system, KEY, 3000, Stage.BOUND, quiet=True), profile)
-    groups = replace(holdout, groups=np.arange(688) // 2)
-    of_groups = calibrate(NET, groups, profile, eps=0.05, delta=0.05)
-    for claim in (
-        calibrate_bins(NET, scores, profile, eps=0.05, delta=0.05),
-        of_groups,
-        assumed_claim(NET, holdout),
-    ):
-        assert at_other_eps(claim) == ()
-    failed = calibrate(NET, failing_runs(holdout), profile, eps=0.1, delta=0.05, discard=3)
-    others = at_other_eps(failed)
-    # by how many delta is divided may not depend on which runs failed
-    assert [(other.discard, other.looks) for other in others] == [(r, 6) for r in (3, 7, 15, 31)]
-    none = calibrate(NET, failing_runs(holdout), profile, eps=0.1, delta=0.05, discard=0)
-    assert not none.tube.claimed.any() and at_other_eps(none) == ()
-    many = calibrate(NET, holdout, profile, eps=0.3, delta=0.05, discard=53)
-    own = at_other_eps(many)[-1]  # beyond the scores that are kept as evidence
-    assert (own.discard, own.looks) == (53, 7)
-    assert np.allclose(own.tube.interval, many.tube.interval, rtol=1e-9)
-
-
-def failing_runs(holdout):
-    """The same, of which two failed."""
-    p = holdout.p.copy()
-    p[:2] = np.nan
-    return replace(holdout, p=p)
 
 
 def test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps(holdout, profile):

@@ -16,8 +16,6 @@ from parc_jax.app.live_page import about_set
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.spelling import rounded_down
-from parc_jax.learning.bound.calibrate import SIZES
-from parc_jax.learning.bound.counts import wrong_claim_probability
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem_file import problem_of_text
@@ -190,57 +188,9 @@ def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_whil
     assert alone.problem.uncertainty is None
 
 
-def test_a_slider_of_eps_draws_with_the_tube_of_another_claim():
+def test_a_slider_that_moves_while_a_scene_is_made_mixes_no_two_parts_of_k(monkeypatch):
     model = sims.model("drift_parking")
     alone = Live(model, sims.drift_parking.problem("rectangle"))
-    eps = [float(planner.model.claim.eps) for planner in alone.planners]
-    assert eps == sorted(eps) and len(eps) == len({*SIZES, model.claim.discard})
-    # one of them is the model's own size, and whoever may choose another has paid for it
-    assert alone.model.claim.discard == model.claim.discard
-    assert np.allclose(alone.model.tube.interval, model.tube.interval, rtol=1e-6)
-    assert alone.model.claim.eps > model.claim.eps
-    spent = [planner.model.claim for planner in alone.planners]
-    shares = sum(wrong_claim_probability(one.n, float(one.eps), one.discard) for one in spent)
-    assert shares <= float(model.claim.delta) / model.claim.looks
-    for claim in spent:
-        assert claim.looks == len(spent) * model.claim.looks
-        assert f"delta is shared by {claim.looks} looks" in claim.details()
-        assert "each further claim from them adds its own delta" in claim.details()
-    narrow = alone.planners[-1].model
-    assert (narrow.tube.interval < model.tube.interval).all() and narrow.net is model.net
-    for value, of in ((eps[0], eps[0]), (eps[2], eps[2]), (eps[-1], eps[-1]), (0.0, eps[0])):
-        alone.allow(value)
-        assert float(alone.model.claim.eps) == of and (value < eps[0] or of <= value)
-    assert len(Live(line_model(), pj.reach_avoid(GOAL, [], 0.05)).planners) == 1
-
-
-def test_a_slider_that_moves_while_a_scene_is_made_mixes_no_two_tubes_nor_two_parts_of_k(
-    monkeypatch,
-):
-    model = sims.model("drift_parking")
-    alone = Live(model, sims.drift_parking.problem("rectangle"))
-    alone.off, eps = alone.off | {"pose": 0.01}, [float(p.model.claim.eps) for p in alone.planners]
-
-    def scene_at(value):
-        alone.allow(value)
-        return alone.scene()
-
-    made = {value: scene_at(value) for value in (eps[0], eps[-1])}
-    asked, at_once = module.query, []
-
-    def moved_meanwhile(*of):
-        found = asked(*of)
-        alone.allow(at_once.pop())
-        return found
-
-    monkeypatch.setattr(module, "query", moved_meanwhile)
-    for value, then in (eps[0], eps[-1]), (eps[-1], eps[0]):
-        at_once.append(then)
-        mixed = scene_at(value)
-        assert mixed.model.tube.hash == made[value].model.tube.hash
-        assert (mixed.goal_b == made[value].goal_b).all()
-    monkeypatch.undo()
-
     parts = [np.stack([model.domain.lo, model.domain.center]), np.array([model.domain.hi] * 2)]
     monkeypatch.setattr(Live, "k", property(lambda _: parts.pop(0), lambda *_: None), raising=False)
     one = alone.scene()

@@ -9,7 +9,7 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted, hex_text, listed, rounded_up
 from parc_jax.learning.bound.bins import block_shares
-from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
+from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.counts import (
     MOST,
     RECORDED_ROWS,
@@ -24,7 +24,7 @@ from parc_jax.learning.bound.fresh import check_fresh, freshness, left_out, name
 from parc_jax.learning.bound.measure import Scores, scores_of
 from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import BoundSettings, check_between
-from parc_jax.learning.bound.start_gap import invariances, off_from_start
+from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube, tube_to_json
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -34,7 +34,6 @@ from parc_jax.learning.runs.law import LOG, Subject
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
 _SHOWN = 32  # largest scores kept as evidence
-SIZES = (0, 1, 3, 7, 15, 31)  # discards of the claims that one holdout supports beside its own
 BEGINS = "BEGINS_WITH_HEADING_0"
 
 
@@ -124,41 +123,6 @@ def _pac_claim(
         intersample=tuple(term),
         **fields,
     )
-
-
-def at_other_eps(claim: ErrorClaim) -> tuple[ErrorClaim, ...]:
-    """Claims of the same runs at rising eps, one with the size of the claim itself, their tubes of
-    the same profile at the largest scores that were kept as evidence. All of them hold together:
-    delta is split over them as over looks, so whoever may choose takes none beside these. None of a
-    claim about bins or recordings, or that is not shown. [T1, T2, T8]
-    """
-    if claim.kind != "pac" or claim.bin_eps is not None or claim.unit is not RUNS:
-        return ()
-    if not claim.tube.claimed.all():  # more runs failed than were left outside
-        return ()
-    score = dict(enumerate(float.fromhex(run["score"]) for run in claim.evidence["worst"]))
-    score[claim.discard] = float.fromhex(claim.evidence["scale"])
-    # before a score is looked at: by how many delta is divided may not depend on them
-    sizes = sorted({claim.discard, *SIZES} & score.keys())
-    looks, off, claims = claim.looks * len(sizes), off_from_start(claim), []
-    sizes = [r for r in sizes if 0 < score[r] < np.inf]
-    # neither the time between records nor the start is part of a score: they stay as they are
-    fixed = claim.tube.halves_around(np.array(claim.intersample) + off, off)
-    unseen = (
-        f"UNSEEN({counted(looks, 'look')}; network, profile and discards were settled before these "
-        "runs; each further claim from them adds its own delta)"
-    )
-    told = [unseen if a.startswith("UNSEEN(") else a for a in claim.assumptions]
-    for r in sizes:
-        part = score[r] / float.fromhex(claim.evidence["scale"])
-        both = zip(claim.tube.halves, fixed, strict=True)
-        halves = [(part * half + max(1 - part, 0.0) * more) * _OUTWARD for half, more in both]
-        eps = supported_eps(claim.n, float(claim.delta / looks), r)
-        about = {"eps": eps, "discard": r, "looks": looks, "assumptions": tuple(told)}
-        scale = {"scale": score[r].hex()}
-        tube = claim.tube.with_halves(*(np.nextafter(half, np.inf) for half in halves))
-        claims += [] if eps is None else [derived(claim, tube=tube, evidence=scale, **about)]
-    return tuple(claims)
 
 
 def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
