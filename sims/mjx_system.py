@@ -7,20 +7,23 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, check_points
+from parc_jax.learning.systems.content import with_digest
 from sims.quiet import lenient, quiet_import
+
+SAME_PLACE = 1e-9  # [m] between places that float64 kinematics may tell of one
 
 
 @dataclass(frozen=True, eq=False)
 class MJXSystem:
     """A MuJoCo model under a controller that k steers. Build with `mjx_system`, which validates.
 
-    The first n_p joint coordinates are the workspace position, so they must be slide joints (or the
-    first three of a free joint). Where there are sites, the reference points are these instead.
-    Deterministic unless `start` draws something from the key.
+    Reference points are sites, or the body that the n_p-th joint coordinate moves; p is their place
+    in MuJoCo's world. Deterministic unless `start` draws something from the key.
     """
 
     name: str
@@ -33,6 +36,8 @@ class MJXSystem:
     controller: Callable
     final: Callable
     start: Callable
+    law: dict[str, str]
+    body: int
     q_labels: tuple[str, ...] | None = None
     k_labels: tuple[str, ...] | None = None
     points: tuple[str, ...] = ONE_POINT
@@ -43,7 +48,7 @@ class MJXSystem:
         return self.rollout_from(key, k, jnp.zeros(self.n_p, k.dtype))
 
     def rollout_from(self, key: jax.Array, k: jax.Array, p0: jax.Array) -> Trajectory:
-        """One run with the position moved by p0 (n_p,) [m]; p is relative to it."""
+        """One run with the start moved by p0 (n_p,) [m], as `_require_moved` saw; p is relative."""
         from mujoco import mjx
 
         with lenient():
@@ -68,13 +73,13 @@ class MJXSystem:
             )
 
     def _places(self, model, data) -> jax.Array:
-        """Of the reference points: (n_p,) of one, (m, n_p) of sites."""
+        """Of the reference points in the world: (n_p,) of the body, (m, n_p) of sites."""
         from mujoco import mjx
 
-        if self.sites is None:
-            return data.qpos[: self.n_p]
-        # a step leaves the sites where they were before it
+        # a step leaves bodies and sites where they were before it
         now = mjx.kinematics(model, data)
+        if self.sites is None:
+            return now.xpos[self.body, : self.n_p]
         return now.site_xpos[jnp.array(self.sites), : self.n_p]
 
 
@@ -98,9 +103,11 @@ def mjx_system(
     model: path of an MJCF file, or its text. controller: (qpos, qvel, time, k (n_k,)) -> ctrl
     (n_u,), traceable, held over one step of the model. final: (qpos, qvel) -> q (n_q,). start:
     (key, k, data) -> data, the initial state and every disturbance that is drawn per run.
-    time.dt_record must be a whole number of the model's time steps. points: names of sites that
-    become the reference points, the first of which starts at the origin; None = the first n_p joint
-    coordinates. q_labels, k_labels: names with units, such as "speed [m/s]".
+    time.dt_record must be a whole number of the model's time steps. n_p: so many joint coordinates,
+    the first ones, must move all points along the axes of the world, as slide joints or a free one
+    may. points: names of sites that become the reference points, the first of which starts at the
+    origin; None = the body that the n_p-th coordinate moves. q_labels, k_labels: names with units,
+    such as "speed [m/s]". The law has the content of the compiled model and of the functions.
     Raises InputError.
     """
     import mujoco
@@ -121,14 +128,20 @@ def mjx_system(
             f"{compiled.opt.timestep} s; "
             f"got {time.dt_record} s."
         )
-    if compiled.nq < n_p:
+    if not n_p <= min(3, compiled.nq):
         raise InputError(
-            f"MuJoCo model: expected at least {n_p} joint coordinates; it has {compiled.nq}."
+            f"MuJoCo model: expected n_p up to 3 and at least {n_p} joint coordinates; it has "
+            f"{compiled.nq}."
         )
     name = name or ("mujoco" if text.lstrip().startswith("<") else Path(text).stem)
-    run = (compiled, round(steps), controller, final, start)
+    called = {"controller": controller, "final": final, "start": start}
+    law = {what: with_digest(getattr(f, "__name__", what), f) for what, f in called.items()}
+    law["model"] = with_digest(name, compiled)
+    joint = [j for j in range(compiled.njnt) if compiled.jnt_qposadr[j] < n_p][-1]
+    run = (compiled, round(steps), controller, final, start, law, int(compiled.jnt_bodyid[joint]))
     system = MJXSystem(name, domain, time, n_p, n_q, *run, q_labels, k_labels)
     if points is None:
+        _require_moved(system)
         return system
     named = check_points(name, points)
     known = [compiled.site(i).name for i in range(compiled.nsite)]
@@ -138,4 +151,34 @@ def mjx_system(
             f"{name}: expected points that are sites of the MuJoCo model ({', '.join(known)}); got "
             f"{unknown[0]!r}."
         )
-    return replace(system, points=named, sites=tuple(known.index(point) for point in named))
+    system = replace(system, points=named, sites=tuple(known.index(point) for point in named))
+    _require_moved(system)
+    return system
+
+
+def _require_moved(system: MJXSystem) -> None:
+    """Refuse a model whose first joint coordinates do not move its points along the world's axes,
+    each by as much, wherever its joints stand. Raises InputError.
+    """
+    import mujoco
+
+    model, n = system.model, system.n_p
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    one = system.sites is None
+    places, rows = (data.xpos, [system.body]) if one else (data.site_xpos, list(system.sites))
+    names = [model.body(system.body).name or "body"] if one else system.points
+    for axis in [*range(n)] * 3:
+        data.qpos[:] = model.qpos0
+        mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 1.0)
+        mujoco.mj_kinematics(model, data)
+        before = places[rows]
+        data.qpos[axis] += 1.0
+        mujoco.mj_kinematics(model, data)
+        for name, moved in zip(names, places[rows] - before, strict=True):
+            if np.abs(moved - np.eye(3)[axis]).max() > SAME_PLACE:
+                raise InputError(
+                    f"{system.name}: expected joint coordinates of which {n} move the robot along "
+                    f"{', '.join('xyz'[:n])} of the world; number {axis + 1}, raised by 1, moves "
+                    f"{name} by ({', '.join(f'{x:.3g}' for x in moved)}) m. Put slide joints along "
+                    "the world's axes, or a free joint, first, in a body that is not turned."
+                )

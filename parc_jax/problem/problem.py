@@ -251,6 +251,12 @@ def require_dimensions(problem: Problem, robot: Any) -> None:
     """Raises InputError where a problem does not fit a robot: a model, or a `Subject`."""
     n_p, n_q, points = robot.n_p, robot.n_q, robot.points
     require_points(problem, points)
+    polygons = [part for part in problem.parts if isinstance(part.shape, Polygon)]
+    if polygons and robot.rotation is not None:
+        raise InputError(
+            "body: expected one that turns with this robot, whose heading is declared "
+            "(`rotation`): discs, or hulls of reference points; got a polygon, which never turns."
+        )
     for j, span in enumerate(problem.all_spans):
         if span is not None and span.dt not in (None, robot.time.dt):
             raise InputError(

@@ -2,11 +2,8 @@
 
 import math
 
-import numpy as np
-
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import Problem, reach_avoid
 from sims import rectangle
 from sims.drift_parking import params as c
@@ -18,13 +15,12 @@ GOAL = (
 PARKED_CARS = (((22.9665, -16.994), (27.2335, -15.006)), ((33.7665, -16.994), (38.0335, -15.006)))
 APART = PARKED_CARS[1][0][0] - PARKED_CARS[0][1][0]  # [m] between the parked cars, as published
 BODY_RADIUS = 0.5 * math.hypot(c.BODY_LENGTH, c.BODY_WIDTH)  # circle about the centre of mass [m]
-DECAGON_SIDES = 10
-BODIES = (rectangle.BODY, "disc", "decagon")
+BODIES = (rectangle.BODY, "disc")
 
 
 def problem(body: str = "disc", apart: float = APART) -> Problem:
-    """The scene with the true rectangle that turns with the car ("rectangle"), the circle around it
-    ("disc") or the regular decagon around that ("decagon").
+    """The scene with the true rectangle that turns with the car ("rectangle"), or the circle around
+    it ("disc").
 
     apart: [m] between the parked cars; for less than published they are moved together about the
     middle of their gap. The goal is over the centre of mass and the yaw, whatever the body. Raises
@@ -37,22 +33,9 @@ def problem(body: str = "disc", apart: float = APART) -> Problem:
     cars = [box(*_moved(car, x)) for car, x in zip(PARKED_CARS, inward, strict=True)]
     if body == rectangle.BODY:
         return reach_avoid(rectangle.goal_of_centre(*GOAL), cars, rectangle.rectangle())
-    round_body = BODY_RADIUS if body == "disc" else Polygon(decagon_vertices())
-    return reach_avoid(goal=box(*GOAL), obstacles=cars, body=round_body)
+    return reach_avoid(goal=box(*GOAL), obstacles=cars, body=BODY_RADIUS)
 
 
 def _moved(car, x: float):
     """Corners of a parked car that stands x [m] further along the first axis."""
     return tuple((corner[0] + x, corner[1]) for corner in car)
-
-
-def decagon_vertices() -> np.ndarray:
-    """Vertices (10, 2) of the regular decagon circumscribed to the body circle, one face normal
-    along +x.
-    """
-    angle = (np.arange(DECAGON_SIDES) + 0.5) * 2 * np.pi / DECAGON_SIDES
-    return (
-        BODY_RADIUS
-        / np.cos(np.pi / DECAGON_SIDES)
-        * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    )

@@ -4,21 +4,13 @@ import numpy as np
 import pytest
 
 from parc_jax.common.errors import InputError
-from parc_jax.problem.body import Disc, Polygon
+from parc_jax.problem.body import Disc
 from sims.drift_parking import scenario, trig
 
 
 def test_scene():
-    disc, decagon = scenario.problem(), scenario.problem("decagon")
+    disc = scenario.problem()
     assert isinstance(disc.body, Disc) and disc.body.radius == pytest.approx(2.35369, abs=5e-6)
-    assert isinstance(decagon.body, Polygon) and decagon.body.vertices.shape == (10, 2)
-    edges = 0.5 * (decagon.body.vertices + np.roll(decagon.body.vertices, -1, axis=0))
-    np.testing.assert_allclose(
-        np.hypot(*edges.T), disc.body.radius, rtol=1e-12
-    )  # faces touch the circle
-    assert (
-        np.abs(edges - [disc.body.radius, 0.0]).max(axis=1).min() < 1e-12
-    )  # one face normal along +x
     inside = np.array([30.5, -16.0, -np.pi])
     assert disc.goal.contains(inside) and not disc.goal.contains(
         inside + np.array([0, 0, 2 * np.pi])

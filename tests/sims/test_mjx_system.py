@@ -1,7 +1,10 @@
-"""MuJoCo models as black boxes: what does not fit is said at once. The physics is tested by the
-example in docs.
+"""MuJoCo models as black boxes: what does not fit is said at once, and places are those of MuJoCo's
+world. The physics is tested by the example in docs.
 """
 
+import jax
+import jax.numpy as jnp
+import numpy as np
 import pytest
 
 import parc_jax as pj
@@ -37,3 +40,58 @@ def test_what_does_not_fit_is_refused(tmp_path):
         mjx_system(MODEL, none, DOMAIN, pj.learning.time_grid(0.05, 1.0))
     with pytest.raises(InputError, match="at least 3 joint coordinates"):
         mjx_system(MODEL, none, DOMAIN, TIME, n_p=3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("<body>", '<body euler="0 0 90">', r"number 1, raised by 1, moves body by \(.*, 1, 0\) m"),
+        ("0 1 0", "0 -1 0", r"number 2, raised by 1, moves body by \(0, -1, 0\) m"),
+        ("0 1 0", "0 0 1", r"along x, y of the world; number 2.*\(0, 0, 1\) m"),
+        ('slide" axis="1 0 0', 'hinge" axis="0 0 1', "number 1.*Put slide joints"),
+        ('slide" axis="0 1 0', 'hinge" axis="0 0 1', r"number 2.*\(0, 0, 0\) m"),
+    ],
+)
+def test_joint_coordinates_that_are_no_places_are_refused(old, new, told):
+    """A turned body, a mirrored axis, one that points up, angles: with and without a site."""
+    text = MODEL.replace(old, new)
+    assert text != MODEL
+    with pytest.raises(InputError, match=told):
+        mjx_system(text, none, DOMAIN, TIME)
+    with pytest.raises(InputError, match="moves tip"):
+        mjx_system(
+            text.replace("<geom", '<site name="tip"/><geom'), none, DOMAIN, TIME, points=["tip"]
+        )
+
+
+@pytest.mark.slow
+def test_places_are_those_of_the_world():
+    """Joints in any bodies: p is where the body is that the last of them moves."""
+    nested = """
+    <mujoco><option timestep="0.02" gravity="0 0 0"/><worldbody><body pos="3 0 0">
+      <joint type="slide" axis="1 0 0"/><geom size="0.1"/>
+      <body pos="0 2 0"><joint type="slide" axis="0 1 0"/>
+        <joint type="hinge" axis="0 0 1" pos="0.5 0 0"/><geom size="0.1"/></body>
+    </body></worldbody></mujoco>"""
+
+    def spun(key, k, data):
+        return data.replace(qvel=jnp.array([0.0, 0.0, 1.0]))
+
+    p = (
+        mjx_system(nested, none, DOMAIN, TIME, start=spun)
+        .rollout(jax.random.PRNGKey(0), jnp.ones(1))
+        .p
+    )
+    assert p.shape == (11, 2) and np.abs(p).max() > 0.1
+
+
+def test_two_models_are_two_subjects():
+    """Neither name nor labels tell them apart: the law does, in any process."""
+    heavy = MODEL.replace('size="0.1"', 'size="0.2"')
+    laws = [mjx_system(text, none, DOMAIN, TIME).law for text in (MODEL, MODEL, heavy)]
+    assert laws[0] == laws[1] and laws[0] | {"model": laws[2]["model"]} == laws[2] != laws[0]
+
+    def other(qpos, qvel, time, k):
+        return qpos[:0] + 0
+
+    assert mjx_system(MODEL, other, DOMAIN, TIME).law["controller"] != laws[0]["controller"]

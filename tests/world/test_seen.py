@@ -151,6 +151,8 @@ def test_a_beam_that_says_nothing_shows_nothing():
     [
         ({"ranges": np.full(7, np.nan)}, "got 7 that are not.*reads max_range"),
         ({"ranges": np.full(7, np.inf)}, "got 7 that are not"),
+        ({"ranges": [3000.0, 2990, 600, 450, 610, 2990, 3000]}, "got 5, 450 to 3000. Are they mi"),
+        ({"ranges": [1.0, 5, 5.2, 5, 1, 6, 1]}, "max_range, 5 m, for no return; got 2, 5.2 to 6"),
         ({"ranges": np.ones(6)}, r"expected shape \(7,\); got \(6,\)"),
         ({"ranges": -np.ones(7)}, "ranges >= 0 m; got -1"),
         ({"angles": np.linspace(1, -1, 7)}, "increasing angles"),
@@ -176,3 +178,11 @@ def test_what_is_no_scan_is_refused_in_one_sentence(change, sentence):
     with pytest.raises(InputError, match=sentence) as refused:
         seen_from(**scan)
     assert len(str(refused.value)) < 250
+
+
+def test_one_number_above_max_range_is_no_return():
+    """Some drivers have a code for it: all that is seen is as if they told max_range."""
+    scan = {"pose": (0, 0, 0), "angles": np.linspace(-1, 1, 7), "max_range": 5.0, "noise": 0.01}
+    told = [np.array([1.0, 5, far, 5, far, far, 1]) for far in (5.0, 65.535)]
+    one, other = (seen_from(**scan, ranges=ranges, width=0.1) for ranges in told)
+    assert one.region.equals(other.region) and one.region.area > 0

@@ -95,7 +95,7 @@ class Query:
             executions = executions_of(uncertainty, model)
             turn = Turn(np.eye(model.n_p)[None], 0.0, np.zeros(model.n_q))
             if uncertainty.heading:
-                require_rotation(model, "uncertainty heading", problem)
+                require_rotation(model, "uncertainty heading")
                 turn = turn_by(uncertainty.heading, model.rotation or ())
             problem = robust_scene(problem, uncertainty, model.layout, whole=pose is not None)
         turned = pose is not None and pose.heading is not None

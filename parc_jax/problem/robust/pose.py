@@ -17,7 +17,6 @@ from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.learning.system import TURNS
-from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.world.outlines import Edge
 
@@ -56,17 +55,12 @@ def pose_of(at, model: TrajectoryModel) -> Pose:
     return Pose(values[:2], float(values[2]))
 
 
-def require_rotation(model: TrajectoryModel, what: str, problem: Problem | None = None) -> None:
-    """Raises InputError for a system that declares no rotation, and a body that does not turn."""
+def require_rotation(model: TrajectoryModel, what: str) -> None:
+    """Raises InputError for a system that declares no rotation."""
     if model.rotation is None or model.n_p != 2:
         raise InputError(
             f"{what}: expected a planar system that declares rotation invariance (`rotation`, a "
             f"word per goal state) for a heading; {model.system or 'this model'} does not."
-        )
-    if problem is not None and any(isinstance(part.shape, Polygon) for part in problem.parts):
-        raise InputError(
-            f"{what}: expected a body that turns with the robot, for a heading: discs, or hulls of "
-            "reference points; got a polygon that does not turn."
         )
 
 
@@ -84,7 +78,7 @@ def from_here(problem: Problem, model: TrajectoryModel, pose: Pose) -> Problem:
     problem = replace(problem, start=None)
     if pose.heading is None:
         return problem
-    require_rotation(model, "at", problem)
+    require_rotation(model, "at")
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     turn = np.array([[cosine, -sine], [sine, cosine]])
     n_c, body = model.n_c, max(float(part.shape.radius) for part in problem.parts)

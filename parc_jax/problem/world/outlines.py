@@ -37,6 +37,7 @@ def outlines(name: str, value: object) -> list:
     """
     shapely = package("shapely", name)
     geometry = value if isinstance(value, shapely.Geometry) else _read(name, value, shapely)
+    _require_local(name, value, shapely.get_srid(geometry))
     parts = shapely.get_parts(shapely.force_2d(geometry)).tolist()
     while any(hasattr(part, "geoms") for part in parts):
         parts = [one for part in parts for one in shapely.get_parts(part)]
@@ -77,6 +78,19 @@ def require_turn(name: str, heading: float, turns: int = 1) -> None:
         )
 
 
+def _require_local(name: str, value: object, srid: int) -> None:
+    """Raises InputError for a stated coordinate system: degrees, stretched metres, or far ones."""
+    told = [getattr(value, "crs", None), f"SRID {srid}" if srid else None]
+    value = getattr(value, "__geo_interface__", value)
+    for one in [value, *value.get("features", [])] if isinstance(value, dict) else []:
+        told += [of.get("crs") for of in (one, one.get("geometry")) if isinstance(of, dict)]
+    if any(told):
+        raise InputError(
+            f"{name}: expected metres from an origin near by, of no coordinate system; got "
+            f"{next(filter(None, told))!s:.90}. Project it, subtract an origin, leave out its crs."
+        )
+
+
 def _read(name: str, value: object, shapely: ModuleType):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
@@ -84,8 +98,6 @@ def _read(name: str, value: object, shapely: ModuleType):
         if len(corners) < 3:
             raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
         return shapely.Polygon(corners)
-    if any(word in str(value.get("crs")) for word in ("CRS84", "4326", "4258", "4269")):
-        raise InputError(f"{name}: expected metres; got a crs in degrees. Project it first.")
     features = value.get("features", [value])
     kinds = f"a GeoJSON geometry, feature or collection, not {value!r:.60}"
     with reading(name, kinds, Exception):  # whatever Shapely makes of a foreign dict
@@ -100,7 +112,7 @@ THIN = 1e-3  # [m] half thickness of the piece of a line
 def convex_pieces(outline: object) -> tuple[HPolytope, ...]:
     """Few convex obstacles that cover a polygon, which may have holes and inlets, or lines (walls).
 
-    outline: a Shapely geometry, a GeoJSON dict (in metres, not degrees), anything with a
+    outline: a Shapely geometry, a GeoJSON dict (in metres, without a crs), anything with a
         `__geo_interface__`, or corners (n, 2). Lines get pieces THIN on either side.
     Raises InputError.
 

@@ -31,7 +31,8 @@ def seen_from(
 
     pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame; of ten turns at most.
     angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
-    ranges: (n,) [m] finite; max_range or more: no return, free up to there; 0: failed or blocked.
+    ranges: (n,) [m] finite; max_range, or one number above it: no return, free up to there; 0:
+        failed or blocked.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
     uncertainty: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
     tolerance: [m] by which the region may shrink to save corners.
@@ -78,6 +79,12 @@ def seen_from(
     for name, value in {"max_range": max_range, "width": width}.items():
         if not value > 0:
             raise InputError(f"{CALL}: expected {name} > 0 m; got {value:g}.")
+    if len(far := np.unique(ranges[ranges > max_range])) > 1:
+        raise InputError(
+            f"{CALL} ranges: expected at most one number above max_range, {max_range:g} m, for no "
+            f"return; got {len(far)}, {far[0]:g} to {far[-1]:g}. Are they millimetres? What is "
+            "measured beyond it is unknown: 0."
+        )
     sure = np.maximum(np.minimum(ranges, max_range) - noise, 0.0)
     ends = np.where((0 < ranges) & (ranges < max_range), ranges, np.inf)
     angles, (sure, ends), closed = _closed(angles, np.stack([sure, ends]))

@@ -27,7 +27,7 @@ def require_fit(problem: Problem, robot: Subject | TrajectoryModel) -> None:
     require_given(uncertainty, robot)
     if uncertainty is not None and not uncertainty.is_nothing:
         if uncertainty.heading:
-            require_rotation(robot, "uncertainty heading", problem)
+            require_rotation(robot, "uncertainty heading")
         executions_of(uncertainty, robot)
         problem = robust_scene(problem, uncertainty, robot.layout)
     goal_box(problem.goal, robot.layout)
