@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError, SoundnessError, check_kind, reading
 from parc_jax.common.on_use import package
+from parc_jax.common.premises import text_of
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.episode_file import save_episode
@@ -149,7 +150,7 @@ class Shield(gymnasium.Wrapper):
             candidates=rows,
             effort=PATIENT if effort is None else effort,
         )
-        self._assumed = assumed
+        self._assumed = dict(assumed or {})
         self.every, self.room = every, at_least("room", room)
         self.commitments: list[Commitment] = []
         self._observation: Any = None
@@ -183,6 +184,8 @@ class Shield(gymnasium.Wrapper):
                 f"Shield: expected a certified stop where the environment is reset; {step.reason}. "
                 "Reset again, or move the start away from the obstacles."
             )
+        told = [f"{name}: {text_of(value)}" for name, value in self._assumed.items()]
+        step.committed.episode.assumed = tuple(told)
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)

@@ -18,7 +18,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Begun, Commitment
 from parc_jax.drive.loop.episodes import task_of
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.drive.loop.workers import Task as OfEpisode
@@ -245,7 +245,9 @@ def committed(
     model, disc = module.model(), Disc(module.door()["body"])
     asked = Scenes(model, disc, None, pj.Uncertainty()).scene(pose_of(pose, model), ()).nominal
     begins = [Fraction(every) * t for t, _ in begun]
-    lasts, episode = Fraction(model.time.dt) * model.time.n_steps, []
+    lasts, episode = Fraction(model.time.dt) * model.time.n_steps, Begun()
+    assumed = module.door().get("assumed", {})
+    episode.assumed = tuple(f"{name}: {value}" for name, value in assumed.items())
     told = {"episode": episode, "given": model.given}
     episode += [
         Commitment(i, begin, begin + lasts, k, 0.0, 0, asked, **told)

@@ -149,6 +149,7 @@ EPISODES = {
     "told_in": {"It goes on.": 2},
     "drifted": 0.25,
     "manoeuvres": 3,
+    "assumed": ["creep: at most 1 cm"],
 }
 COUNTED = {"look": Look(2, 2, Fraction(1, 2000))} | dict.fromkeys(("law", "drive", "again"), "x")
 

@@ -40,11 +40,12 @@ START = "not measured: each manoeuvre begins as the model's runs did, whatever w
 
 
 class Begun(list):
-    """What one episode of a loop has under way, and when [s] each of its manoeuvres began; of
-    copies nothing is known to be.
+    """What one episode of a loop has under way, when [s] each of its manoeuvres began, and what
+    else is assumed of its robot, in words; of copies nothing is known to be.
     """
 
     begins: tuple[Fraction, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __reduce__(self):
         return type(self), ()

@@ -42,7 +42,8 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of.
+    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of. assumed: what
+    else their robots rest on, as of `Shield`.
     """
 
     number: int
@@ -57,6 +58,7 @@ class Driven(NamedTuple):
     told_in: Mapping[str, int] = {}
     manoeuvres: int = 0
     drifted: float = 0.0
+    assumed: Sequence[str] = ()
 
     @property
     def bad(self) -> bool:
@@ -116,7 +118,8 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             (x := one.asked.problem.rests_on, dict.fromkeys(x, 1)) for one in committed
         )
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
-        found = loops, least, told_then, *map(dict, rests), len(committed), drifted
+        assumed = sorted({x for one in committed for x in getattr(one.episode, "assumed", ())})
+        found = loops, least, told_then, *map(dict, rests), len(committed), drifted, assumed
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
         where = f"in {place}: " if (place := own_place(error)) else ""
