@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
+import numpy as np
+
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.said import most_and_often, without_braces
@@ -15,14 +17,15 @@ from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS, TimeGrid
-from parc_jax.problem.problem import Problem
+from parc_jax.problem.body import numbered
+from parc_jax.problem.problem import Problem, box_of_rows
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
-from parc_jax.safe_set.verdict.infeasible import Reason, why_none
+from parc_jax.safe_set.verdict.infeasible import Reason, any_end_is_in, why_none
 
 MOST_NUMBERS = 8  # that are listed
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
@@ -146,13 +149,11 @@ def about_file(found: bool, robust: bool, pose: bool, rests: bool) -> str:
 def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
     """The risk of the tube and that of the sensing together: the sum of two probabilities. [T21]"""
     eps = rounded_up(sensing_eps)
+    alone = f"What was measured lies outside of its uncertainty with probability at most {eps}"
     if isinstance(risk, NoStatement):
-        return f"What was measured lies outside of its uncertainty with probability at most {eps}."
+        return f"{alone}."
     both = rounded_up(min(Fraction(1), risk.bound + sensing_eps))
-    return (
-        f"What was measured lies outside of its uncertainty with probability at most {eps}: "
-        f"together at most {both}, if the deviations do not depend on the plan."
-    )
+    return f"{alone}: together at most {both}, if the deviations do not depend on the plan."
 
 
 def about_risk(
@@ -320,16 +321,14 @@ def summary(answer, drawn: str) -> str:
         if not answer.model.claim.tube.claimed.all():
             none = answer.model.claim.premises["open bins"]
             lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
-    if obstacles := about_obstacles(asked.problem, answer.model.time):
-        lines.append(obstacles)
-    if cover.ended is not None:
-        lines.append(cover.ended.sentence)
-    if asked.pose is not None:
-        lines.append(about_pose(asked.pose, (asked.query or asked).model))
-    if asked.uncertainty is not None:
-        lines.append(f"Robust to: {asked.uncertainty.words}.")
-    if answer.validation is not None:
-        lines.append(answer.validation.summary())
+    more = [
+        about_obstacles(asked.problem, answer.model.time),
+        cover.ended and cover.ended.sentence,
+        asked.pose and about_pose(asked.pose, (asked.query or asked).model),
+        asked.uncertainty and f"Robust to: {asked.uncertainty.words}.",
+        answer.validation and answer.validation.summary(),
+    ]
+    lines += [text for text in more if text]
     # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
     tested = answer.validation and answer.validation.answer
     assumed = dict.fromkeys(
@@ -350,8 +349,25 @@ def about_scene(pose: Pose | None, problem: Problem, model: TrajectoryModel) -> 
     starts = "any p0" if pose is None else "one start"
     numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(model.labels.k))
     where = f"{', '.join(model.labels.p)} of reference point 0 at the start"
-    scene = scene_of(problem_part(problem, model), starts)
-    return f"It is of {scene}. Of a plan (p0, k), p0 is {where}; {numbers}."
+    scene, goal = scene_of(problem_part(problem, model), starts), about_goal(problem, model)
+    parts = {i for part in numbered(problem.body, model.points) for i in part.points}
+    out = [name for i, name in enumerate(model.points) if i not in parts]
+    beside = f" No part of it is told by {_some(out)}: of those nothing is said." if out else ""
+    return f"It is of {scene}.{beside} {goal} Of a plan (p0, k), p0 is {where}; {numbers}."
+
+
+def about_goal(problem: Problem, model: TrajectoryModel) -> str:
+    """The goal in numbers, and with which of its states runs end whatever their k."""
+    points = [f" of {point}" for point in model.points] if len(model.points) > 1 else [""]
+    names = [*(label + of for of in points for label in model.labels.p), *model.labels.q]
+    lo, hi = box_of_rows(problem.goal)
+    asked = [axis for axis in range(len(lo)) if np.isfinite([lo[axis], hi[axis]]).any()]
+    told = [f"{names[i]} from {exact(lo[i])} to {exact(hi[i])}" for i in asked]
+    if across := int((np.count_nonzero(problem.goal.A, axis=1) > 1).sum()):
+        told.insert(0, f"{counted(across, 'half-space')} across axes")
+    idle = [name_of(names[i]) for i in any_end_is_in(lo, hi, model)]
+    free = f" Whatever k, {listed(idle)} ends so: of it nothing is asked." if idle else ""
+    return f"Its goal: {_some(told)}.{free}"
 
 
 def details(answer, drawn: str, polytopes: int) -> str:

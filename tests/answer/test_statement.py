@@ -3,15 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
-from toy_models import told, toy_case
+from toy_models import line_model, told, toy_case
 from toy_query import answer
+from turning_bar import straight_bar
 
 from parc_jax.answer.answer import answer_data
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import tube
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.verdict.scene import lowered
@@ -44,6 +49,33 @@ def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     scene = scene_of(answer_data(found())["problem"])
     assert "body (point 0 grown by 0.1 m) among 1 convex obstacle" in scene
     assert f" It is of {scene}. " in lines[0]
+
+
+def posed(model, goal, body=0.1):
+    """`nothing` in another question: its goal and its body are told in the answer's sentences."""
+    return replace(nothing(), scene=lowered(query(reach_avoid(goal, [], body), model).nominal()))
+
+
+def test_the_goal_is_told_in_numbers_with_what_it_asks_nothing_of():
+    """A goal told in degrees of an angle in rad is met by any k: (C) is no word of it."""
+    of, line = "x [m] from -0.25 to 0.25, y [m] from -0.25 to 0.25", line_model()
+    assert f" Its goal: {of} and q0 from -1 to 1. Of a plan" in found().details()
+    wide = posed(line, box([-0.25, -0.25, -15.0], [0.25, 0.25, 15.0])).details()
+    assert f"Its goal: {of} and q0 from -15 to 15. Whatever k, q0 ends so: of it nothing" in wide
+    rows = [[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 0]]
+    cut = posed(line, hpolytope(rows, [0.25] * 4 + [0.5] * 3)).details()
+    assert f"Its goal: 1 half-space across axes, {of} and q0 from -0.5 to 0.5. Of" in cut
+
+
+def test_reference_points_beside_the_body_are_named():
+    """Where the body is told by some of a model's points alone, the others may touch."""
+    bar = straight_bar()
+    goal = goal_of_points(bar.points, {"tail": box([0.2, -0.1], [0.4, 0.1])}, box([-1.0], [1.0]))
+    alone = posed(bar, goal).details()
+    assert (
+        "No part of it is told by nose: of those nothing is said. Its goal: x [m] of tail" in alone
+    )
+    assert "is told by" not in posed(bar, goal, hull("tail", "nose")).details()
 
 
 def test_the_summary_is_short_and_names_every_assumption():

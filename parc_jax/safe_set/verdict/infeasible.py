@@ -190,6 +190,14 @@ def _out_of_reach(scene: Scene) -> str | None:
     )
 
 
+def any_end_is_in(lo: np.ndarray, hi: np.ndarray, model: TrajectoryModel) -> np.ndarray:
+    """Axes of the q with which all runs in the tube end between lo and hi (n_c + n_q,)."""
+    least, most = once(model, _outputs, model.net.n_out - model.n_q, model.net.n_out)
+    off, of_q = model.tube.final[:, model.n_c :].max(axis=0), slice(model.n_c, None)
+    idle = (lo[of_q] < least.min(axis=0) - off) & (most.max(axis=0) + off < hi[of_q])
+    return model.n_c + np.flatnonzero(idle)
+
+
 def _turns_hint(model: TrajectoryModel, axis: int, *bounds: float) -> str:
     """A hint for a goal that whole turns would bring to where a heading ends, or nothing. bounds:
     least and most of the heading, and of the goal.
