@@ -184,8 +184,6 @@ class Shield(gymnasium.Wrapper):
                 f"Shield: expected a certified stop where the environment is reset; {step.reason}. "
                 "Reset again, or move the start away from the obstacles."
             )
-        told = [f"{name}: {text_of(value)}" for name, value in self._assumed.items()]
-        step.committed.episode.assumed = tuple(told)
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
@@ -296,9 +294,13 @@ class Shield(gymnasium.Wrapper):
 
         more = {"spans": seen.spans, "drift": seen.drift, "least": least}
         try:  # explained at first alone: it takes 50 ms, in a step of 3
-            return self.loop.step(*seen[:3], prefer, now, explain=last is None, **more)
+            step = self.loop.step(*seen[:3], prefer, now, explain=last is None, **more)
         finally:
             self.loop.candidates = self._rows  # no part of what the shield is made from
+        if step.committed is not None:
+            words = (f"{name}: {text_of(value)}" for name, value in self._assumed.items())
+            step.committed.episode.assumed = tuple(words)
+        return step
 
     def _sensed(self, observation: Any) -> Sensed:
         return Sensed(*self._sense(self.env, observation))

@@ -50,7 +50,7 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     drive = lambda world, seed: pj.drive.Outcome(False, committed=env.commitments)  # noqa: E731
     law = {"law": lambda seed: 0, "key": jax.random.key(0), "n": 1, "workers": 0, "quiet": True}
     done = pj.drive.drive_episodes(drive, **law)
-    assert "Of each episode is assumed: creep: at most 1 cm." in done.details()
+    assert "Of each episode is assumed: creep: at most 1 cm" in done.details()
 
 
 def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
