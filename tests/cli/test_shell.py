@@ -32,6 +32,8 @@ def test_solve_check_plot(shell, files):
     assert said.endswith("parc-jax explain answer.json\n")
     code, said, _ = shell("plot", "answer.json", "--html", "page.html")
     assert code == 0 and said == "page.html\n" and (files / "page.html").stat().st_size > 10_000
+    code, said, _ = shell("plot", "answer.json", "--html", "page.html", "--out", "drawn")
+    assert code == 0 and "drawn/samples.png" in said  # a folder of figures asks for them
     code, said, _ = shell(
         "plot", "answer.json", "--out", "figures", "--figures", "samples", "regions"
     )

@@ -14,6 +14,7 @@ from parc_jax.learning.model import TrajectoryModel, trajectory_model
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem.body import Disc, Part, body_of, hull
 from parc_jax.problem.problem import Problem, goal_of_points, reach_avoid
+from parc_jax.problem.robust.nominal import NominalProblem
 
 T = 8
 NODES = np.linspace(-1.0, 1.0, 9)  # of k_1, between which the networks are straight
@@ -88,4 +89,5 @@ def drone(e: float = 0.01) -> tuple[TrajectoryModel, Problem]:
 
 def bare_answer(model: TrajectoryModel, problem: Problem, plans) -> SimpleNamespace:
     """What pictures of plans (n, n_p + n_k) read of an Answer, without any proof."""
-    return SimpleNamespace(model=model, problem=problem, samples=np.array(plans))
+    scene = SimpleNamespace(nominal=NominalProblem(problem, model))
+    return SimpleNamespace(model=model, problem=problem, scene=scene, samples=np.array(plans))

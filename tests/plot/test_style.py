@@ -2,18 +2,23 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 from toy_answer import toy_answer
 
 from benchmarks.curves import GapCurve, gap
 from parc_jax.app.plot import shapes, style
+from parc_jax.app.plot.samples import samples
 from parc_jax.app.plot.shapes import predicted
 from parc_jax.common.errors import InputError
 from parc_jax.problem.body import Part, Polygon
+from parc_jax.problem.robust.pose import Pose
 
 CURVES = [GapCurve("a", np.array([1.0, 2.0]), np.array([0.1, 0.5]))]
 
@@ -29,6 +34,28 @@ def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError):
         style.save(figure, tmp_path / "f")
     assert (tmp_path / "f.png").read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_titles_of_wide_scenes_are_whole(tmp_path):
+    """Of axes with equal scales the first layout is wrong: no ink at the sheet's edge."""
+    with style.sheet(tmp_path / "f", (9.0, 3.5), columns=2, width_ratios=[2.0, 1.0]) as sheet:
+        for ax, wide in zip(sheet.axes, (34.0, 4.5), strict=True):
+            ax.set_aspect("equal")
+            ax.set_title("a title")
+            ax.set_xlabel("x [m]")
+            style.limits(ax, (0.0, 0.0), (wide, 17.0 if wide > 5 else 4.5))
+        style.legend(sheet.figure, [style.mark("a line")] * 7, 4)
+    ink = np.asarray(Image.open(tmp_path / "f.png").convert("L")) < 128
+    assert ink.any() and not ink[:3].any()
+
+
+def test_pictures_of_an_answer_from_here_name_their_frame():
+    answer = toy_answer()
+    for pose, told in ((None, ""), (Pose(np.zeros(2)), ""), (Pose(np.zeros(2), 0.1), "robot's")):
+        nominal = replace(answer.scene.nominal, pose=pose)
+        shown = SimpleNamespace(**vars(answer) | {"scene": SimpleNamespace(nominal=nominal)})
+        label = samples(shown).axes[0].get_xlabel()
+        assert label == (f"x [m], {told} frame" if told else "x [m]")
 
 
 def test_given_axes_are_drawn_on_and_returned():

@@ -42,7 +42,7 @@ def plot(
             the verdict live; of an episode the manoeuvre at any time, and the reasons.
         out: Folder of the figures. Default: that of the answer.
         figures: Which figures. Default: all that the answer supports, or none with --html or
-            --video.
+            --video, without --out.
         video: Film one safe sample: .gif, or a folder of .png files.
             Without a simulator the film shows the model's prediction.
         sample: Number of the sample that is filmed, from 0.
@@ -62,7 +62,7 @@ def plot(
     if episode and html is None and video is None:
         words = "expected --html FILE, its page, or --video FILE."
         raise InputError(f"{answer} is an episode: {words}")
-    if figures is None and (html is not None or video is not None):
+    if figures is None and out is None and (html is not None or video is not None):
         figures = ()
     drawn_here = figures != () and not episode
     for place in (html, (out or answer.parent) / "samples.png" if drawn_here else None):

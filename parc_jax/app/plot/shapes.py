@@ -177,7 +177,9 @@ class SceneView:
 
     def __init__(self, answer, view: View):
         model, problem = answer.model, answer.problem
-        self.view, self.n_p, self.labels = view, model.n_p, model.labels.p
+        self.view, self.n_p, pose = view, model.n_p, answer.scene.nominal.pose
+        frame = ", robot's frame" if pose is not None and pose.heading is not None else ""
+        self.labels = [label + frame for label in model.labels.p]
         self.parts = numbered(problem.body, model.points)
         self.obstacles = [shadow(o, view.axes) for o in problem.obstacles]
         self.single = model.n_c == 2 and len(problem.parts) == 1

@@ -101,6 +101,7 @@ def save(figure, path) -> tuple[Path, Path]:
     }
     done = []
     with matplotlib.rc_context(RC):
+        figure.draw_without_rendering()  # of axes with equal scales the second layout alone fits
         for kind, metadata in unstamped.items():
             buffer = io.BytesIO()
             figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata)
