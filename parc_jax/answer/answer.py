@@ -252,15 +252,11 @@ class Answer:
         confidence. Only a few ends in the goal are tried, so it may be far below the share; where
         parameters are given or unknown it is 0. The first call tries thousands of k.
         """
-        return self._share_of_k
-
-    @cached_property
-    def _share_of_k(self) -> float:
         uncertainty, part = self.scene.nominal.uncertainty, 1.0
         if uncertainty is not None:
             of_k, chosen = uncertainty.parameters
             part = self.model.domain.volume / uncertainty.k_volume if chosen == of_k else 0.0
-        return part * self._plans.share_of_k()
+        return part * once(self._plans, SafePlans.share_of_k)
 
     def risk(self) -> Risk | NoStatement:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]

@@ -187,8 +187,7 @@ class Shield(gymnasium.Wrapper):
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
-        names = "proposed driven left followed left_at_end followed_at_end"
-        nothing = dict.fromkeys(names.split())
+        nothing = dict.fromkeys("proposed driven left followed left_at_end followed_at_end".split())
         return {"shield": nothing | {"changed": False, "reason": ""} | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:

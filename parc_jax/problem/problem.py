@@ -323,12 +323,7 @@ def finite_box(
     lo, hi = box_of_rows(poly)
     # rows along one axis are read off, others need LPs
     if (np.count_nonzero(poly.A, axis=1) != 1).any():
-        try:
-            around = bounding_box(poly)
-        except InputError:
-            raise InputError(
-                f"{name}: expected a set with points in it; its rows contradict each other."
-            ) from None
+        around = bounding_box(poly, name)
         lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
     return _bounded(lo, hi, needed, name)
 

@@ -44,7 +44,7 @@ def chebyshev_center(p: HPolytope) -> Ball:
     return Ball(center, float(np.clip(depth.min(initial=size), 0.0, size)))
 
 
-def bounding_box(s: Box | HPolytope) -> Box:
+def bounding_box(s: Box | HPolytope, name: str = "bounding_box") -> Box:
     """A box proved to contain s: two LPs per coordinate, or a closed form where each row is about
     one coordinate or about one of some disjoint pairs.
 
@@ -59,9 +59,7 @@ def bounding_box(s: Box | HPolytope) -> Box:
     eye = np.eye(s.n)
     least, most = ([minimise(w, s.A, s.b, lo, hi)[1] for w in way] for way in (eye, -eye))
     if -np.inf in least + most and chebyshev_center(s).radius == -np.inf:
-        raise InputError(
-            "bounding_box: expected a set with points in it; its rows contradict each other."
-        )
+        raise InputError(f"{name}: expected a set with points in it; rows contradict each other.")
     return Box(np.array(least), -np.array(most))
 
 

@@ -48,7 +48,9 @@ class Processes(Executor):
 
     def submit(self, function: Callable, /, *arguments) -> Future:
         """The call on its way; waits for a free place. A process that dies is ChildProcessError."""
-        process = self._free.get() or _process()
+        # fresh: a fork of one that runs JAX may hang. Ctrl-C is the parent's, and fails no run
+        fresh, ignoring = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
+        process = self._free.get() or ProcessPoolExecutor(1, fresh, signal.signal, ignoring)
         self._at_work.add(process)
         outer: Future = Future()
 
@@ -80,12 +82,6 @@ class Processes(Executor):
             for one in list((process._processes or {}).values()):
                 one.kill()
         self.shutdown()
-
-
-def _process() -> ProcessPoolExecutor:
-    # fresh: a fork of one that runs JAX may hang. Ctrl-C is the parent's, and fails no run
-    ignoring = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
-    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"), **ignoring)
 
 
 LOSSES = 3  # of a run, then the work ends
