@@ -32,8 +32,7 @@ from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all,
 TOGETHER = 8  # and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
-RANKED, EVERY = 4, 2  # what ranking looks at: nearest obstacles, of knots
-FAN, TOUCHED = 128, 16  # directions of errors, of which one in so many has a place in ranking
+RANKED, EVERY, FAN = 4, 2, 128  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
 TINY = 1e-12  # [m], [m^2] a part of a way that is shorter is none: no division by zero
 
@@ -144,19 +143,18 @@ class BatchShield:
         kept = (2 * knots - np.array([[2], [1]])).ravel()
         weights, biases = ((*x[:-1], x[-1][kept]) for x in (model.net.weights, model.net.biases))
         self._few = model.net.replace(weights=weights, biases=biases)
-        angles = 2 * np.pi / FAN * np.arange(FAN)
-        ways = np.stack([np.cos(angles), np.sin(angles)])
-        taken = np.stack([model.tube.errors.support(way)[..., 0] for way in ways.T], axis=-1)
-        taken = np.minimum.reduceat(taken, np.append(0, knots[:-1]), axis=1)
+        ways = np.exp(2j * np.pi / FAN * np.arange(FAN))
+        taken = [model.tube.errors.support(x)[..., 0] for x in ways.view(float).reshape(-1, 2)]
+        taken = np.minimum.reduceat(np.stack(taken, -1), np.append(0, knots[:-1]), axis=1)
         taken = taken.reshape(*model.tube.grid, *taken.shape[1:]).min(axis=tuple(chosen))
         taken = taken.reshape(-1, len(knots), FAN)  # by bins of what is given
-        # a table would be read number by number: in its place (bins, knots, 2, .) places where some
-        # of these ways touch the errors, and how much too much (bins, knots) they say in others
-        slope = (np.roll(taken, -1, axis=-1) - np.roll(taken, 1, axis=-1)) / (2 * np.sin(angles[1]))
-        across = slope[..., None, :] * np.stack([-ways[1], ways[0]])
-        touched = (taken[..., None, :] * ways + across)[..., ::TOUCHED]
-        over = ((touched.swapaxes(-1, -2) @ ways).max(axis=-2) - taken).max(axis=-1).clip(0.0)
-        self._touched, self._over = touched.astype(np.float32), over.astype(np.float32)
+        # a table would be read number by number: in its place (bins, knots, 8) where eight of these
+        # ways touch the errors, x + iy, and how much too much (bins, knots) that says along others
+        slope = (np.roll(taken, -1, axis=-1) - np.roll(taken, 1, axis=-1)) / (2 * ways[1].imag)
+        touched = ((taken + 1j * slope) * ways)[..., :: FAN // 8]
+        over = (touched[..., None] * ways.conj()).real.max(axis=-2) - taken
+        self._over = over.max(axis=-1).clip(0.0).astype(np.float32)
+        self._touched = touched.astype(np.complex64)
         # seen from the robot: a goal that holds every end, no obstacle yet
         here = pose_of(np.zeros(2 + (model.rotation is not None)), model)
         scenes = Scenes(model, Disc(float(self._radius)), None, Uncertainty())
@@ -304,8 +302,7 @@ class BatchShield:
         # a disc within each: as wide as its sides are near
         sides = (corners + jnp.roll(corners, 1, axis=1)) / 2 - middle[:, None]
         within = jnp.sqrt((sides**2).sum(axis=-1).min(axis=1)) + single(self._radius)
-        few = jax.tree.map(single, self._few)  # candidates last, side by side
-        axes = jnp.split(jax.vmap(few, out_axes=1)(single(k)), 2)
+        axes = jnp.split(jax.vmap(jax.tree.map(single, self._few), out_axes=1)(single(k)), 2)
         # from the nearest place of each part of the way to the nearest obstacle, axis by axis
         bx, by = (jnp.pad(end, ((1, 0), (0, 0)))[:-1] for end in axes)
         px, py = (end - begin for end, begin in zip(axes, (bx, by), strict=True))
@@ -320,13 +317,11 @@ class BatchShield:
             least = jnp.minimum(gap, least)
         bin = open_bin_of([self._model.tube.edges[i] for i in self._given], seen.given)
         taken = jnp.full(px.shape, -jnp.inf, px.dtype)
-        for i in range(self._touched.shape[-1]):
-            tx, ty = jnp.asarray(self._touched)[bin, :, :, i].T
-            taken = jnp.maximum(tx[:, None] * x + ty[:, None] * y, taken)
-        taken = (
-            taken / jnp.sqrt(jnp.maximum(x**2 + y**2, TINY)) - jnp.asarray(self._over)[bin, :, None]
-        )
-        may = (least - taken).min(axis=0).astype(k.dtype) + SEEN >= asked.least
+        for at in jnp.moveaxis(jnp.asarray(self._touched)[bin], -1, 0)[..., None]:
+            taken = jnp.maximum(at.real * x + at.imag * y, taken)
+        taken *= jax.lax.rsqrt(jnp.maximum(x**2 + y**2, TINY))
+        may = (least - taken + jnp.asarray(self._over)[bin, :, None]).min(axis=0)
+        may = may.astype(k.dtype) + SEEN >= asked.least
         return jnp.where(nearer & may, far, jnp.inf)
 
     def _clearance(self, seen: Seen, k: jax.Array, nearest: int) -> jax.Array:

@@ -57,6 +57,24 @@ def arrays(posts, places, speeds):
     return places, speeds, corners, np.ones(corners.shape[:2], bool)
 
 
+def test_ranking_leaves_out_nothing_that_is_safe(monkeypatch):
+    """Where all that is nearer than the brake is judged, every decision is the same."""
+    model, draw, n = wider_later(), np.random.default_rng(1), 64
+    posts, speeds = draw.uniform(-1.0, 1.0, (n, 4, 2)), draw.uniform(-0.5, 0.5, (n, 2))
+    now = arrays(posts + 0.1 * np.sign(posts), np.zeros((n, 2)), speeds)
+    actions, told = draw.uniform(-1.0, 1.0, (n, 2)), []
+    with jax.enable_x64(True):
+        for seen in (shield_batch.SEEN, np.inf):
+            monkeypatch.setattr(shield_batch, "SEEN", seen)
+            made = shield_of(model)
+            under_way = jax.jit(made.start)(*now)
+            told.append(jax.device_get(jax.jit(made.step)(under_way, *now, actions)))
+    for ranked, every in zip(*map(jax.tree.leaves, told), strict=True):
+        np.testing.assert_array_equal(ranked, every)
+    changed, reason = told[0][1].changed, told[0][1].reason
+    assert 5 < (changed & (reason == 0)).sum() and 5 < (reason == 4).sum()
+
+
 @pytest.mark.parametrize("kind", [CPU, ACCELERATOR], ids=["in turn", "at once"])
 def test_it_decides_as_the_shield_of_one_environment(kind, monkeypatch):
     """Proposals at random, mostly ahead, posts all around; nothing goes to the host and back."""
