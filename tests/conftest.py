@@ -1,7 +1,6 @@
 """Strict numerics for every test: float64 on, no silent promotion, CPU unless --gpu."""
 
 import gc
-import importlib
 import importlib.util
 import os
 from pathlib import Path
@@ -62,9 +61,6 @@ def pytest_configure(config):
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_numpy_dtype_promotion", "strict")
     jax.config.update("jax_numpy_rank_promotion", "raise")
-    # now, in one thread: the hook exchanges a function of importlib while a module is loaded
-    for name in ("box", "hpolytope"):
-        importlib.import_module(f"parc_jax.common.sets.{name}")
     keep_compiled()
 
 

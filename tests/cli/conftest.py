@@ -1,18 +1,19 @@
-"""The shell in this process, in an empty folder, and the files that its commands take."""
+"""The shell in this process, in an empty folder, and the files that its commands take.
+
+Where this folder is named in the command, pytest reads this file before shapes are checked: nothing
+of the project is imported outside of a fixture.
+"""
 
 from pathlib import Path
 
 import pytest
-import toy_cart
-import toy_query
-
-from parc_jax.app import cli
-from parc_jax.problem.problem_file import save_problem
 
 
 @pytest.fixture
 def shell(capsys, monkeypatch, tmp_path):
     """Run a command line: (exit code, what it printed, what it complained)."""
+    from parc_jax.app import cli
+
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
@@ -27,6 +28,10 @@ def shell(capsys, monkeypatch, tmp_path):
 @pytest.fixture
 def files(tmp_path):
     """model.npz and scene.toml of the toy query."""
+    import toy_query
+
+    from parc_jax.problem.problem_file import save_problem
+
     toy_query.planner().model.save(tmp_path / "model.npz")
     save_problem(tmp_path / "scene.toml", toy_query.gap())
     return tmp_path
@@ -35,4 +40,6 @@ def files(tmp_path):
 @pytest.fixture
 def cart(monkeypatch):
     """toy_cart is a module that the shell finds by its name."""
+    import toy_cart
+
     monkeypatch.syspath_prepend(str(Path(toy_cart.__file__).parent))
