@@ -363,9 +363,11 @@ def about_goal(problem: Problem, model: TrajectoryModel) -> str:
     lo, hi = box_of_rows(problem.goal)
     asked = [axis for axis in range(len(lo)) if np.isfinite([lo[axis], hi[axis]]).any()]
     told = [f"{names[i]} from {exact(lo[i])} to {exact(hi[i])}" for i in asked]
-    if across := int((np.count_nonzero(problem.goal.A, axis=1) > 1).sum()):
-        told.insert(0, f"{counted(across, 'half-space')} across axes")
-    idle = [name_of(names[i]) for i in any_end_is_in(lo, hi, model)]
+    across = problem.goal.A[np.count_nonzero(problem.goal.A, axis=1) > 1]
+    if len(across):
+        told.insert(0, f"{counted(len(across), 'half-space')} across axes")
+    inside = any_end_is_in(lo, hi, model)
+    idle = [name_of(names[i]) for i in inside if not across[:, i].any()]
     free = f" Whatever k, {listed(idle)} ends so: of it nothing is asked." if idle else ""
     return f"Its goal: {_some(told)}.{free}"
 

@@ -151,6 +151,7 @@ class Shield(gymnasium.Wrapper):
             effort=PATIENT if effort is None else effort,
         )
         self._assumed = dict(assumed or {})
+        self._told = tuple(f"{name}: {text_of(value)}" for name, value in self._assumed.items())
         self.every, self.room = every, at_least("room", room)
         self.commitments: list[Commitment] = []
         self._observation: Any = None
@@ -297,8 +298,7 @@ class Shield(gymnasium.Wrapper):
         finally:
             self.loop.candidates = self._rows  # no part of what the shield is made from
         if step.committed is not None:
-            words = (f"{name}: {text_of(value)}" for name, value in self._assumed.items())
-            step.committed.episode.assumed = tuple(words)
+            step.committed.episode.assumed = self._told
         return step
 
     def _sensed(self, observation: Any) -> Sensed:

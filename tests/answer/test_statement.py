@@ -65,6 +65,9 @@ def test_the_goal_is_told_in_numbers_with_what_it_asks_nothing_of():
     rows = [[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 0]]
     cut = posed(line, hpolytope(rows, [0.25] * 4 + [0.5] * 3)).details()
     assert f"Its goal: 1 half-space across axes, {of} and q0 from -0.5 to 0.5. Of" in cut
+    rows = [*rows[:4], [0.0, 0, 0.01], [0, 0, -0.01], [1, 0, 1]]  # which asks for q0 all the same
+    told = posed(line, hpolytope(rows, [0.25] * 4 + [0.15] * 3)).details()
+    assert "q0 from -15 to 15. Of a plan" in told
 
 
 def test_reference_points_beside_the_body_are_named():
