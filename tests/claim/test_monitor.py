@@ -454,7 +454,7 @@ def test_a_run_that_was_cut_short_is_no_run_that_stayed(claim):
     assert (watch.seen, watch.left) == (4, 1)
     told = "TOLD(4 by `bet`, not looked at, 2 that stayed followed for 1.5 % of their time alone)"
     assert told in watch.details()
-    for wrong in (-0.1, np.nan, True, "all"):
+    for wrong in (1.01, 50, -0.1, np.nan, True, "all"):
         with pytest.raises(InputError, match="bet: "):
             watch.bet(False, wrong)
 

@@ -1,6 +1,7 @@
 """Sets that recorded runs validate: what held-out recordings show, and what they may not be."""
 
 import dataclasses
+from collections import defaultdict
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -17,7 +18,7 @@ from parc_jax.app.files.answer_file import load_answer
 from parc_jax.checker import check_answer, load, summary
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.drive.local import nested, trials
+from parc_jax.drive.local import nested, trials, validate
 from parc_jax.drive.local.nested import fixed_sequence, nested_sets
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.calibrate import calibrate
@@ -203,19 +204,27 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
     assert other.validation.answer.model.claim.hash == claim.hash
 
 
-def test_scenes_that_kept_recordings_tested_before_are_told(model):
+@pytest.fixture
+def nothing_tested(monkeypatch):
+    """As in a process of its own: no recordings tested anything yet."""
+    monkeypatch.setattr(validate, "_TESTED", defaultdict(dict))
+
+
+def test_scenes_that_recordings_tested_before_are_told(model, nothing_tested):
     """Each was tested with all of delta, and said nothing of the others."""
-    planner = pj.Planner(replace_held(model))
-    said = lambda x: planner.solve(toy.problem(x), KEY, toy.SETTINGS).validation.details()  # noqa: E731
+    planner = pj.Planner(model)
+
+    def said(x, key=KEY, **how):
+        return planner.solve(toy.problem(x), key, toy.SETTINGS, **how).validation.details()
+
     first, second, third = map(said, (0.62, 0.61, 0.63))
     assert "LOOK(" not in first and "LOOK(after 1 look of another delta, 0.05)" in second
     assert "LOOK(after 2 looks of another delta, 0.05)" in third
     assert (said(0.61), said(0.62)) == (second, first)  # the same tests: no others
-
-
-def replace_held(model):
-    """A copy of its recordings that has tested nothing."""
-    return model.replace(held=model.held.select(slice(0, model.held.n)))
+    # whether they were named or came by default, whatever the key
+    assert "after 3 looks of another delta, 0.05" in said(0.61, validate=Validate(model.held))
+    told = said(0.61, jax.random.PRNGKey(9), validate=Validate(model.held))
+    assert "after 4 looks of another delta, 0.05" in told
 
 
 def test_recordings_are_not_used_where_they_show_no_more(model):

@@ -3,15 +3,17 @@ which tests in this one scene accept as many as show the risk that was asked for
 """
 
 import time
+from collections import defaultdict
 from dataclasses import replace
+from fractions import Fraction
+from itertools import takewhile
 
 import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.answer.looks import Look
+from parc_jax.answer.looks import Look, Looks
 from parc_jax.checker.entries import hash_of
-from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, folded, generator, key_of, stream
 from parc_jax.common.spelling import hex_text
@@ -35,7 +37,14 @@ from parc_jax.drive.local.validation import OF_RECORDINGS, Step, Validate, Valid
 from parc_jax.learning.bound.calibrate import BEGINS, begins, lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
-from parc_jax.learning.bound.fresh import SEEN, entry_of, freshness_of, ledger_of, left_out_beside
+from parc_jax.learning.bound.fresh import (
+    SEEN,
+    entry_of,
+    freshness_of,
+    identity_of,
+    ledger_of,
+    left_out_beside,
+)
 from parc_jax.learning.bound.start_gap import declared_gap, trial_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -80,10 +89,7 @@ def validated(
         asked = None if lawless else _by_kept(answer)
         if asked is None:
             return answer
-        # a solve that is repeated makes the same tests: it is no second look
-        key, tests = key_of(0), once(asked.source, _tests_by)
-        where = problem_part(answer.scene.problem, query.model), str(answer.scene.at), str(settings)
-        answer.looks.others += (asked.delta,) * tests.setdefault(hash_of(where), len(tests))
+        key = key_of(0)  # a solve that is repeated makes the same tests: it is no second look
     if lawless:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
@@ -105,6 +111,10 @@ def validated(
             raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
+    if isinstance(source, RolloutBatch):
+        where = str(answer.scene.at), str(settings), list(seed_of(key))
+        about = hash_of([problem_part(answer.scene.problem, query.model), *where])
+        look = look._replace(others=look.others + _tested_before(asked, about, look.delta))
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:
@@ -140,9 +150,16 @@ def validated(
     return replace(answer, validation=Validation(None if refused else found, steps, asked, refused))
 
 
-def _tests_by(runs: RolloutBatch) -> dict[str, int]:
-    """What recordings tested by default in this process, and after how many others."""
-    return {}
+# what recordings tested in this process, by their content: in whose account, with which delta
+_TESTED: dict[str, dict[str, tuple[Looks, Fraction]]] = defaultdict(dict)
+
+
+def _tested_before(asked: Validate, about: str, delta: Fraction) -> tuple[Fraction, ...]:
+    """Deltas of the tests that these recordings made before this one, in other accounts."""
+    tests = _TESTED[identity_of(asked.source)]
+    tests.setdefault(about, (asked.looks, delta))
+    before = (tests[one] for one in takewhile(lambda one: one != about, tests))
+    return tuple(other for looks, other in before if looks is not asked.looks)
 
 
 def _by_kept(answer: Answer) -> Validate | None:

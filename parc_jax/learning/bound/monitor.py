@@ -18,7 +18,7 @@ from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_o
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.profile import shape_of
 from parc_jax.learning.bound.settings import GAP, check_between, intersample_of
-from parc_jax.learning.bound.start_gap import declared_gap
+from parc_jax.learning.bound.start_gap import ALIKE, declared_gap
 from parc_jax.learning.bound.statement import DIGITS, VALIDATED
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, require_failed
@@ -204,8 +204,9 @@ class Monitor:
         """
         if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
             raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
-        share, bets, rate = at_least("bet: followed", followed), self.bets, self.rate
-        cut = share < 1 and not outside
+        if (share := at_least("bet: followed", followed)) > 1:
+            raise InputError(f"bet: expected followed, a share up to 1; got {followed!r:.60}.")
+        bets, rate, cut = self.bets, self.rate, share < 1 and not outside
         gain = np.log(bets / rate) if outside else np.log1p(-bets) - np.log1p(-rate)
         wealth = self.log_wealth + gain
         after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
@@ -380,5 +381,7 @@ def update(
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
+    # fresh runs were made by the same code, not recorded
+    said += tuple(x for x in claim.assumptions if x == ALIKE and fresh.seed is not None)
     known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)

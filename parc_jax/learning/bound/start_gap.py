@@ -33,7 +33,7 @@ from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
-ALIKE = "NO_DISTURBANCE(runs of one k under two keys are the same to the last bit)"
+ALIKE = f"NO_DISTURBANCE(of {STARTS} k, runs of each under two keys are the same to the last bit)"
 SAME = 1e-4  # [of the distance travelled] by which runs that are compiled apart may round apart
 FAR = 10.0  # times the travelled distance: as far away are STARTS starts, beside as many headings
 
@@ -146,7 +146,7 @@ class StartTrial(NamedTuple):
 
     declared: [m or rad] bound on the influence of the place of the start, and once more of its
         heading where the system declares `rotation`. seen, turned: largest effect of a place and of
-        a heading in a trial, None = not tried. alike: runs of one k under two keys were the same.
+        a heading in a trial, None = not tried. alike: keys changed no run.
     """
 
     declared: float
@@ -184,12 +184,13 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     check_gap(declared)
     turned = None
     if isinstance(system, Chained):  # its runs begin in motion, and those to try at rest
-        return StartTrial(declared, None, None)
-    alike = False
-    if isinstance(system, PythonSystem):  # whose code may seed what it likes
-        k = generator(key).uniform(system.domain.lo, system.domain.hi)
-        two = collect(system, key, 2, Stage.SEARCH, k=np.stack([k, k]), quiet=True)
-        alike = not two.failed.any() and all((x[0] == x[1]).all() for x in (two.p, two.q))
+        return StartTrial(declared, None)
+    K = system.domain
+    k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
+    # code of the user, which may seed what it likes; most tell by the first k
+    alike = isinstance(system, PythonSystem) and all(
+        _alike(system, key, some) for some in (k[:1], k[1:])
+    )
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
@@ -214,6 +215,12 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
             "holds everywhere: the tube is widened by it."
         )
     return StartTrial(declared, gap.largest, turned, alike)
+
+
+def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
+    """Are runs of each of k (n, n_k) under two keys the same to the last bit?"""
+    two = collect(system, key, 2 * len(k), Stage.SEARCH, k=np.repeat(k, 2, axis=0), quiet=True)
+    return not two.failed.any() and all((x[::2] == x[1::2]).all() for x in (two.p, two.q))
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
