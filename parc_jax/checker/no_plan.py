@@ -31,7 +31,8 @@ def missed_goal(context, entries, bins):
         a, b = context.goal[whole(row, 0, len(context.goal) - 1)]
         context.spend(FRACTION * context.n_end + final.cost)
         if error:
-            error = vector(*error, context.n_end)
+            (error,) = error
+            error = vector(error, context.n_end)
             need(final.contains(error), "the error of a goal row is outside the tube")
             rows.append((a, b - dot(a, error)))
         else:
