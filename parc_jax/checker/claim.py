@@ -256,10 +256,8 @@ def has_its_numbers(claim: dict, name: str, said: str) -> bool:
         known += time
     if len(told) != len(known):
         return False
-    return all(
-        a == b or (type(b) is Fraction and abs(a - b) <= abs(b) / 10**5)
-        for a, b in zip(told, known, strict=True)
-    )
+    pairs = zip(told, known, strict=True)
+    return all(a == b or (type(b) is Fraction and abs(a - b) <= abs(b) / 10**5) for a, b in pairs)
 
 
 def checked_law(claim: dict) -> bool:
