@@ -138,8 +138,8 @@ CHECKER = (
     Fault(
         "checker_one_bin_on_a_border",
         "bins_meeting",
-        "b and a <=",
-        "b and a <",
+        "before(a, high)",
+        "a < high",
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
     ),
     Fault(

@@ -145,8 +145,8 @@ VERDICTS = (
     Fault(
         "slack_for_the_goal_given_back",
         "row_margin",
-        "- values -",
-        "- values +",
+        "product(A, x) - slack",
+        "product(A, x) + slack",
         "tests/verdict/test_pointwise.py::test_row_margins_pay_the_slack_by_the_size_of_the_row",
     ),
     Fault(

@@ -18,7 +18,7 @@ from parc_jax.learning.labels import degrees_hint, name_of, named_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
-from parc_jax.safe_set.corridors.sampling import box_of_plans, ends_from
+from parc_jax.safe_set.corridors.sampling import box_of_plans, ends_from, plans_of
 from parc_jax.safe_set.separation.pairs import numbered_pairs
 from parc_jax.safe_set.verdict.blocked import Rooms, deepest, rooms, without_errors
 from parc_jax.safe_set.verdict.infeasible import why_none
@@ -106,7 +106,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
     lo, hi = box_of_plans(scene)
     x = rng.uniform(lo, hi, (DRAWN, len(lo))) if listed is None else listed
     x, aims = _aimed(scene, x)
-    drawn = rooms(scene, *_plans(scene, x))
+    drawn = rooms(scene, *plans_of(scene, x))
 
     def children(best: Ranked, spread: float) -> np.ndarray:
         x = np.asarray(best.x)[:, None]
@@ -118,7 +118,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         return np.where(seen.known, seen.least + BESIDES * lack, -np.inf)
 
     spreads = SPREADS if listed is None else ()
-    worth_of = lambda x: worth(rooms(scene, *_plans(scene, np.asarray(x))))  # noqa: E731
+    worth_of = lambda x: worth(rooms(scene, *plans_of(scene, np.asarray(x))))  # noqa: E731
     best = climb(ranked(x, worth(drawn)).at(slice(KEPT)), children, worth_of, spreads, KEPT)
     nearest = np.asarray(best.x)[:1]
     aims = aims & drawn.known if (aims & drawn.known).any() else drawn.known
@@ -160,7 +160,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         unit=held[0].unit if held else "m",
         blocked=float(share),
         safe=safe,
-        plan=np.concatenate(_plans(scene, nearest), axis=1)[0],
+        plan=np.concatenate(plans_of(scene, nearest), axis=1)[0],
         sentences=tuple(said),
     )
 
@@ -179,14 +179,6 @@ def _aimed(scene: Scene, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     sides = np.where(scene.z_hi > scene.z_lo, scene.z_hi - scene.z_lo, 1.0)
     z = np.where(fits[:, None], lo + (x[:, :n_p] - scene.z_lo) / sides * (hi - lo), x[:, :n_p])
     return np.concatenate([z, x[:, n_p:]], axis=1), fits
-
-
-def _plans(scene: Scene, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """p0 (b, n_p), k (b, n_k) of ends and parameters x."""
-    model, k = scene.model, x[:, -scene.model.n_k :]
-    if scene.at is not None:
-        return np.tile(scene.at, (len(k), 1)), k
-    return x[:, : model.n_p] - ends_from(0.0, model, k), k
 
 
 def _sides(scene: Scene) -> list[_Side]:
@@ -226,7 +218,7 @@ def _spelled(what: str, row: np.ndarray, most: float, labels) -> tuple[str, str]
 
 def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:
     """The obstruction of one plan x (1, n), the worst first."""
-    tubes, plan = (scene.model.tube, without_errors(scene.model.tube)), _plans(scene, x)
+    tubes, plan = (scene.model.tube, without_errors(scene.model.tube)), plans_of(scene, x)
     seen = [rooms(scene, *plan, tube) for tube in tubes]
     held = []
     for side in sides:
@@ -244,8 +236,8 @@ def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:
 
 def _in_the_way_of_half(scene: Scene, side: _Side, x: np.ndarray) -> _Side:
     """One side, with median deficits of the plans that it alone obstructs."""
-    seen = rooms(scene, *_plans(scene, x))
-    bare = side.of(rooms(scene, *_plans(scene, x), without_errors(scene.model.tube)))
+    seen = rooms(scene, *plans_of(scene, x))
+    bare = side.of(rooms(scene, *plans_of(scene, x), without_errors(scene.model.tube)))
     middle = int(np.argsort(side.of(seen))[len(x) // 2])
     if side.obstacle is not None:
         o = side.columns[int(seen.gap[middle, side.columns].argmin())]

@@ -308,11 +308,8 @@ def _poses(topic: str, messages: Sequence[Heard], frames) -> list[Heard]:
     """Messages of one pose each: of transforms those of one edge."""
     if not hasattr(messages[0].message, "transforms"):
         return list(messages)
-    parts = [
-        one._replace(stamp=stamp_of(part), message=part)
-        for one in messages
-        for part in one.message.transforms
-    ]
+    each = ((one, part) for one in messages for part in one.message.transforms)
+    parts = [one._replace(stamp=stamp_of(part), message=part) for one, part in each]
     edges = {frames_of(part.message) for part in parts}
     if frames is None or frames not in edges:
         raise InputError(

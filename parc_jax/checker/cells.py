@@ -43,18 +43,14 @@ def network_cells(context, lo, hi):
         need(len(known) <= MAX_POINTS, "too many cells in a leaf")
         need(kept <= MAX_KEPT, "too many neurons at the vertices of a leaf")
         context.spend(len(cell) * (context.n_neurons - first))
-        j = first
-        while j < context.n_neurons:
+        for j in range(first, context.n_neurons):
             values = [known[p][0][j] for p, _ in cell]
             if min(values) < 0 < max(values):
+                facet = 1 << (2 * context.n_k + j)
+                stack += [(part, j + 1) for part in split(context, cell, values, facet)]
                 break
-            j += 1
-        if j == context.n_neurons:
-            yield {p: known[p] for p, _ in cell}
         else:
-            facet = 1 << (2 * context.n_k + j)
-            for part in split(context, cell, values, facet):
-                stack.append((part, j + 1))
+            yield {p: known[p] for p, _ in cell}
 
 
 def split(context, cell, values, facet):
@@ -76,9 +72,7 @@ def split(context, cell, values, facet):
                 zero = [x * b - y * a for a, b in zip(p, q, strict=True)]
                 common = math.gcd(*zero)
                 on.append((tuple(v // common for v in zero), shared | facet))
-    for (p, f), x in zip(cell, values, strict=True):
-        if x == 0:
-            on.append((p, f | facet))
+    on += [(p, f | facet) for (p, f), x in zip(cell, values, strict=True) if x == 0]
     yield [(p, f) for p, f, _ in above] + on
     yield [(p, f) for p, f, _ in below] + on
 
@@ -96,12 +90,9 @@ class CellVertices:
     def of(self, lo, hi):
         """[(values, scale)] of all vertices of all cells."""
         if self.box != (lo, hi):
-            found = {}
-            for cell in network_cells(self.context, lo, hi):
-                for p, (_, *hidden) in cell.items():
-                    found[p] = hidden
-            self.box = (lo, hi)
-            self.points = list(found.values())
+            cells = network_cells(self.context, lo, hi)
+            found = {p: hidden for cell in cells for p, (_, *hidden) in cell.items()}
+            self.box, self.points = (lo, hi), list(found.values())
         return self.points
 
 

@@ -67,10 +67,13 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None, corridors=None):
         return None
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
-    found: dict[str, Any] = {"checked": False, "says": "", "premises": []}
-    if claim.get("kind") == SHOWN:
+    found, kind = not_checked(""), claim.get("kind")
+    missing = [name for name in NUMBERS if name not in claim]
+    if kind in (SHOWN, TESTED) and missing:
+        found = not_checked(f"it lacks {', '.join(missing)}")
+    elif kind == SHOWN:
         found = arithmetic_of(claim, n_bins)
-    if claim.get("kind") == TESTED:
+    elif kind == TESTED:
         found = tests_of(claim, hashes.get("problem"), corridors)
     K = corners_of(claim)
     need(None in (K, domain) or K == domain, "the claim is about another domain")
@@ -79,11 +82,9 @@ def checked_claim(claim, hashes, n_bins, domain=None, dt=None, corridors=None):
     return found | {"premises": [*found["premises"], *stated_premises(claim)]}
 
 
-def lacks(claim: dict) -> dict | None:
-    """What is known of a claim without some of its numbers; None where it has all."""
-    missing = [name for name in NUMBERS if name not in claim]
-    says = f"it lacks {', '.join(missing)}"
-    return {"checked": False, "says": says, "premises": []} if missing else None
+def not_checked(why: str) -> dict[str, Any]:
+    """What is known of a claim whose arithmetic was not checked."""
+    return {"checked": False, "says": why, "premises": []}
 
 
 def tests_of(claim: dict, scene: str | None, corridors: list | None):
@@ -92,8 +93,6 @@ def tests_of(claim: dict, scene: str | None, corridors: list | None):
 
     scene: hash of the problem, corridors: those of the file; None for a claim alone.
     """
-    if (short := lacks(claim)) is not None:
-        return short
     evidence = claim["evidence"]
     need(scene is None or at(evidence, "scene") == scene, "the set was tested in another scene")
     count, place = whole(at(evidence, "corridors"), 1, MAX_RUNS), at(evidence, "within")
@@ -150,20 +149,16 @@ def step_of(step):
 
 def arithmetic_of(claim: dict, n_bins: int):
     """As `checked_claim`, of a claim with evidence."""
-    if (short := lacks(claim)) is not None:
-        return short
     by_bin, evidence, many = claim["bin_eps"], claim["evidence"], unit_of(claim)
     blocks = evidence.get("blocks")
     if by_bin is None:
         blocks = [claim]
     elif blocks is None:
-        why = "it is about bins, and lacks the runs of each block"
-        return {"checked": False, "says": why, "premises": []}
+        return not_checked("it is about bins, and lacks the runs of each block")
     n, failed = whole(claim["n"], 1, MAX_RUNS), at(evidence, "failed")
     failed = 0 if failed is None else whole(failed, 0, n)
     if failed and by_bin is None and failed > whole(claim["discard"], 0, n):
-        why = "more runs failed than are left outside"
-        return {"checked": False, "says": why, "premises": []}
+        return not_checked("more runs failed than are left outside")
     looks = whole(claim["looks"], 1, MAX_DISCARDS)
     eps, delta = probability(claim["eps"]), probability(claim["delta"])
     shown = [block_of(block, by_bin is not None) for block in blocks]
@@ -261,10 +256,8 @@ def has_its_numbers(claim: dict, name: str, said: str) -> bool:
         known += time
     if len(told) != len(known):
         return False
-    return all(
-        a == b or (type(b) is Fraction and abs(a - b) <= abs(b) / 10**5)
-        for a, b in zip(told, known, strict=True)
-    )
+    pairs = zip(told, known, strict=True)
+    return all(a == b or (type(b) is Fraction and abs(a - b) <= abs(b) / 10**5) for a, b in pairs)
 
 
 def checked_law(claim: dict) -> bool:

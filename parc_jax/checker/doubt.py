@@ -2,21 +2,15 @@
 
 from .cells import CellVertices
 from .exact import dot, fields, integers, need, rejecting, vector
-from .plans import Condition, holds
+from .plans import holds
 
 
 def roomy(condition, room):
     """The condition at the worst p0 within half widths of the one it is asked about."""
     whole_room, scale = integers(room)
     lost = dot([abs(x) for x in condition.w], whole_room)
-    return Condition(
-        condition.name,
-        condition.strict,
-        [x * scale for x in condition.w],
-        [x * scale for x in condition.v],
-        condition.outputs,
-        condition.c * scale - lost,
-    )
+    w, v = ([x * scale for x in along] for along in (condition.w, condition.v))
+    return condition._replace(w=w, v=v, c=condition.c * scale - lost)
 
 
 @rejecting()
@@ -38,8 +32,7 @@ def check_doubt(context, entry):
     need(all(a <= x for a, x in zip(context.lo, lo, strict=True)), "k may leave the domain below")
     need(all(x <= b for x, b in zip(hi, context.hi, strict=True)), "k may leave the domain above")
     bins = context.bins_meeting(lo, hi, closed=True)
-    conditions = context.listed_conditions(entry["sep"], bins)
-    conditions = [roomy(each, room) for each in conditions]
+    conditions = [roomy(each, room) for each in context.listed_conditions(entry["sep"], bins)]
     longest = 1
     for asked in conditions:
         longest = max(longest, max(x.bit_length() for x in (*asked.w, *asked.v, asked.c)))

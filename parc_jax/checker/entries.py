@@ -39,9 +39,7 @@ def check_entries(context, question, lists, processes):
     question: what context was made of, for other processes. Whatever their number, the verdict is
     the same: the first rejected entry is told, and all processes together spend one allowance.
     """
-    entries = []
-    for part in LISTS:
-        entries += [(part, i, entry) for i, entry in enumerate(array(lists[part]))]
+    entries = [(part, i, entry) for part in LISTS for i, entry in enumerate(array(lists[part]))]
     processes = min(processes, len(entries))
     if processes <= 1:
         first = first_rejected(context, entries)

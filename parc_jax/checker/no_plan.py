@@ -76,9 +76,8 @@ class Leaves:
         need(served, f"a {name} leaf fails at one of its vertices")
 
     def _whatever_k(self, option):
-        """Conditions on z that make those of an option hold for every k in the box; p0 = z - c_T.
-
-        Each is (w, x, scale, strict) for w . z + x / scale >= 0, or > 0 if strict.
+        """Conditions on z alone that make those of an option hold for every k in the box; p0 is
+        z - c_T.
         """
         found = []
         for asked in option:
@@ -89,21 +88,16 @@ class Leaves:
             for axis, x in enumerate(asked.w, self.context.end.start):
                 row[axis] -= x
             least, scale = self.over_box.least(row)
-            found.append((asked.w, least + asked.c * scale, scale, asked.strict))
+            w, c = [x * scale for x in asked.w], least + asked.c * scale
+            found.append(asked._replace(w=w, v=[], outputs=slice(0), c=c))
         return found
 
 
 def some_always_holds(groups, z):
     """Whether the conditions on z of one of the options of a group hold at a corner z."""
     z, z_scale = integers(z)
-    for option in itertools.chain.from_iterable(groups):
-        held = True
-        for w, x, scale, strict in option:
-            value = dot(w, z) * scale + x * z_scale
-            held = held and (value > 0 if strict else value >= 0)
-        if held:
-            return True
-    return False
+    options = itertools.chain.from_iterable(groups)
+    return any(all(holds(asked, z, z_scale, [], 1) for asked in option) for option in options)
 
 
 def asked_of(context, name, what, bins):
@@ -184,11 +178,9 @@ def check_no_plan(context, plan):
     # all bins allow the model itself, and so trajectories that are beside it for a moment only
     need(context.bins_without_model() == 0, "a template excludes the model")
     check_faces(context, plan["faces"], z_lo, z_hi)
-    if plan["kind"] == "proved":
-        allowed = list(UNSAFE)
-    else:
-        need(plan["kind"] == "bracket", "the kind is neither proved nor bracket")
-        allowed = [*UNSAFE, "safe", "open"]
+    kinds = {"proved": UNSAFE, "bracket": (*UNSAFE, "safe", "open")}
+    need(plan["kind"] in kinds, "the kind is neither proved nor bracket")
+    allowed = kinds[plan["kind"]]
     leaves = Leaves(context)
     volumes = dict.fromkeys((*UNSAFE, "safe", "open"), 0)
     nodes = iter(plan["tree"])

@@ -60,10 +60,7 @@ def check_inside(row, point, scale):
     """Rejects unless point / scale is strictly inside a row; of a constant one, unless it holds."""
     name, strict, a, c = row
     value = dot(a, point) + c * scale
-    if any(a) or strict:
-        inside = value > 0
-    else:
-        inside = value >= 0
+    inside = value > 0 if any(a) or strict else value >= 0
     need(inside, f"the point is not inside the set's row of {name}")
 
 
@@ -129,11 +126,10 @@ class Context(Question):
         for i, (a, b) in enumerate(self.shrunken_goal(final)):
             away = [-x for x in a]
             yield condition(f"goal row {i}", False, self.along_p0(away), away, self.end, b)
-        work = []  # of each part in each interval
-        for part in self.parts:
-            work.append(
-                [sum(each[i].cost + 2 * self.n_p for i in part.points) for each in interval]
-            )
+        work = [  # of each part in each interval
+            [sum(each[i].cost + 2 * self.n_p for i in part.points) for each in interval]
+            for part in self.parts
+        ]
         for o, entry in enumerate(array(sep, len(self.obstacles))):
             for part, runs, costs in zip(self.parts, array(entry, len(work)), work, strict=True):
                 yield from self._clear(o, part, runs, interval, costs, boxes)
@@ -155,9 +151,7 @@ class Context(Question):
             w, h = combine(rows, multipliers, self.n_p)
             need(any(w), f"a separating direction of obstacle {o} is zero")
             direction, _ = integers([*w, h + support(part, w)])
-            near = [(t, stop)]
-            if boxes is not None:
-                near = boxes.near(part, direction, t, stop)
+            near = [(t, stop)] if boxes is None else boxes.near(part, direction, t, stop)
             for first, end in near:
                 for i in part.points:
                     errors = [each[i] for each in interval[first:end]]
@@ -226,11 +220,8 @@ class Context(Question):
         complete = len(pattern) == self.n_neurons
         need(complete, "the pattern does not have one digit for each hidden neuron")
         rows = self._bin_rows(polytope["bin"])
-        identity = []
-        for i in range(self.n_k):
-            identity.append([int(i == j) for j in range(self.n_k)])
-        nothing = [0] * self.n_k
-        neurons, columns, scale = self.hidden([*identity, nothing], 1, pattern)
+        identity = [[int(i == j) for j in range(self.n_k)] for i in range(self.n_k)]
+        neurons, columns, scale = self.hidden([*identity, [0] * self.n_k], 1, pattern)
         free = [0] * self.n_p
         for i, (bit, coefficients) in enumerate(zip(pattern, neurons, strict=True)):
             sign = 1 if bit == "1" else -1

@@ -4,6 +4,7 @@ import collections
 import copy
 import itertools
 import math
+import operator
 from fractions import Fraction
 
 from .errors import AtEnd, Several, Template, Widths
@@ -98,17 +99,13 @@ class Question:
 
     def _read_body(self, body):
         """The parts of a body."""
-        parts = []
-        for entry in fields(body, ("parts",))["parts"]:
-            shape = dict(entry)
-            points = shape.pop("points")
-            parts.append(self._part(points, shape))
+        parts = [self._part(dict(entry)) for entry in fields(body, ("parts",))["parts"]]
         need(len(parts) > 0, "the body has no part")
         return parts
 
-    def _part(self, points, shape):
-        """The Part that grows these points by a disc (or ball) of a radius, or by a polygon."""
-        points = [whole(i, 0, self.n_points - 1) for i in points]
+    def _part(self, shape):
+        """The Part that grows its points by a disc (or ball) of a radius, or by a polygon."""
+        points = [whole(i, 0, self.n_points - 1) for i in shape.pop("points")]
         need(len(points) > 0, "a part of the body has no point")
         if "radius" in shape:
             fields(shape, ("radius",))
@@ -146,16 +143,10 @@ class Question:
         width = self.n_k
         for weights, biases in zip(network["weights"], network["biases"], strict=True):
             rows = [array(row, width) for row in array(weights)]
-            texts = list(array(biases, len(rows)))
-            for row in rows:
-                texts += row
-            flat, q = whole_numbers(texts)
-            bias = flat[: len(rows)]
-            W = []
-            for i in range(len(rows)):
-                begin = len(rows) + i * width
-                W.append(flat[begin : begin + width])
-            self.layers.append((W, bias, q))
+            flat, q = whole_numbers([*array(biases, len(rows)), *itertools.chain(*rows)])
+            begins = [len(rows) + i * width for i in range(len(rows))]
+            W = [flat[begin : begin + width] for begin in begins]
+            self.layers.append((W, flat[: len(rows)], q))
             self.layer_bits.append(max((x.bit_length() for x in [*flat, q]), default=1))
             width = len(rows)
         need(width == self.n_outputs, f"the network does not have {self.n_outputs} outputs")
@@ -219,9 +210,8 @@ class Question:
             need(edge[0] <= lo and hi <= edge[-1], "the tube does not cover the domain")
             self.edges.append(edge)
         self.n_bins = math.prod(len(edge) - 1 for edge in self.edges)
-        self.interval = []
-        for by_interval in array(tube["interval"], self.n_bins):
-            self.interval.append(self._during(array(by_interval, self.T)))
+        bins = array(tube["interval"], self.n_bins)
+        self.interval = [self._during(array(by_interval, self.T)) for by_interval in bins]
         self.final = [self._at_end(entry) for entry in array(tube["final"], self.n_bins)]
 
     def _during(self, by_interval):
@@ -256,9 +246,8 @@ class Question:
             return Widths(*whole_numbers(array(entry, self.n_end)))
         fields(entry, ("A", "b", "goal"))
         rows, scale = whole_halfspaces(entry, self.n_end)
-        ways = []
-        for some in array(entry["goal"], len(self.goal)):
-            ways.append([parsed_multipliers(way, len(rows)) for way in array(some)])
+        named = array(entry["goal"], len(self.goal))
+        ways = [[parsed_multipliers(way, len(rows)) for way in array(some)] for some in named]
         return Template(rows, scale, self.n_end, ways)
 
     def bins_without_model(self):
@@ -273,17 +262,11 @@ class Question:
 
     def bins_meeting(self, lo, hi, closed):
         """Bins that meet the box [lo, hi] of k, row-major: as closed boxes or with interiors."""
-        bins = [0]
+        bins, before = [0], operator.le if closed else operator.lt
         for edge, a, b in zip(self.edges, lo, hi, strict=True):
             self.spend(FRACTION * len(edge))
-            places = []
-            for i in range(len(edge) - 1):
-                if closed:
-                    meets = edge[i] <= b and a <= edge[i + 1]
-                else:
-                    meets = edge[i] < b and a < edge[i + 1]
-                if meets:
-                    places.append(i)
+            pairs = enumerate(itertools.pairwise(edge))
+            places = [i for i, (low, high) in pairs if before(low, b) and before(a, high)]
             bins = [number * (len(edge) - 1) + i for number in bins for i in places]
         return bins
 
@@ -295,20 +278,16 @@ class Question:
         if not others:
             return self.interval[first], self.final[first]
         self.spend(len(bins) * (self.T * self.n_points + 1))
-        interval = []
-        for t in range(self.T):
-            by_point = []
-            for i in range(self.n_points):
-                by_point.append(Several([self.interval[b][t][i] for b in bins], pick))
-            interval.append(by_point)
+        interval = [
+            [Several([self.interval[b][t][i] for b in bins], pick) for i in range(self.n_points)]
+            for t in range(self.T)
+        ]
         return interval, Several([self.final[b] for b in bins], pick)
 
     def at_end(self, bins):
         """The errors that a trajectory may have at its end in each of some bins."""
-        sets = []
-        for b in bins:
-            self.spend(FRACTION * self.n_end)
-            sets.append(AtEnd(self.final[b], self.interval[b][-1], self.n_p))
+        self.spend(len(bins) * FRACTION * self.n_end)
+        sets = [AtEnd(self.final[b], self.interval[b][-1], self.n_p) for b in bins]
         return Several(sets, min)
 
 

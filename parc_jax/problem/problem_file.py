@@ -306,10 +306,8 @@ def _goal_by_point(problem: Problem, points: Sequence[str]) -> dict | None:
     used = np.array([(goal.A[:, block] != 0).any(axis=1) for block in columns])
     if (used.sum(axis=0) != 1).any():
         return None
-    *regions, further = (
-        HPolytope(goal.A[rows][:, block], goal.b[rows])
-        for block, rows in zip(columns, used, strict=True)
-    )
+    pairs = zip(columns, used, strict=True)
+    *regions, further = (HPolytope(goal.A[rows][:, some], goal.b[rows]) for some, rows in pairs)
     named = zip(points, regions, strict=True)
     asked = {name: written_set(part) for name, part in named if len(part.b)}
     if not asked or any(part != next(iter(asked.values())) for part in asked.values()):

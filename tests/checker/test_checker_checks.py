@@ -193,8 +193,8 @@ SLIPS = [
     ),
     (
         "plans",
-        "inside = value >= 0",
-        "inside = True",
+        "else value >= 0",
+        "else True",
         "a constant neuron with the wrong sign",
     ),
     ("plans", "(1, self.lo[i], False),", "", "an inner point at the domain's lower end"),

@@ -26,9 +26,8 @@ def under_uncertainty(problem: Problem, entries: dict) -> Problem:
             entries[name] = _by_name(option, entries[name])
     if not entries:
         return problem
-    return problem.replace(
-        uncertainty=dataclasses.replace(problem.uncertainty or Uncertainty(), **entries)
-    )
+    known = problem.uncertainty or Uncertainty()
+    return problem.replace(uncertainty=dataclasses.replace(known, **entries))
 
 
 def place_of_option(text: str | None) -> list[float] | None:

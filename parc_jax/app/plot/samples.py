@@ -133,8 +133,7 @@ class _Picture(SceneView):
         style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
         if self.replay is not None:
-            failed = self.replay.failed[: self.count]
-            colors = np.where(failed, style.RED, style.BLACK)
+            colors = np.where(self.replay.failed[: self.count], style.RED, style.BLACK)
             style.ways(ax, self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
             looks = {"color": colors[0], "linestyle": (0, (3, 2)), "zorder": 4.6}
             ax.plot(*self.shown[0].T, linewidth=1.1, **looks)

@@ -174,10 +174,8 @@ class Basis:
         self._matrix[pivot] = pivot_row
         for row, factor in enumerate(column):
             if row != pivot and factor != 0:
-                self._matrix[row] = [
-                    entry - factor * other
-                    for entry, other in zip(self._matrix[row], pivot_row, strict=True)
-                ]
+                pairs = zip(self._matrix[row], pivot_row, strict=True)
+                self._matrix[row] = [entry - factor * other for entry, other in pairs]
         return True
 
     def coordinates(self, vector: Sequence[Fraction]) -> list[Fraction] | None:

@@ -90,11 +90,8 @@ def alike(polytopes: Sequence[HPolytope]) -> Iterator[tuple[np.ndarray, np.ndarr
     rows = np.array([len(p.b) for p in polytopes], int)
     for h in np.unique(rows):
         some = np.flatnonzero(rows == h)
-        yield (
-            some,
-            np.stack([polytopes[i].A for i in some]),
-            np.stack([polytopes[i].b for i in some]),
-        )
+        chosen = [polytopes[i] for i in some]
+        yield some, np.stack([p.A for p in chosen]), np.stack([p.b for p in chosen])
 
 
 def _corners(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -207,13 +204,8 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
     sizes = np.abs(np.linalg.det(edges))
     volume = float(hull.volume * np.prod(scale))
-    return Solid(
-        HPolytope(polytope.A[needed], polytope.b[needed]),
-        vertices,
-        volume,
-        simplices,
-        sizes / sizes.sum(),
-    )
+    rows = HPolytope(polytope.A[needed], polytope.b[needed])
+    return Solid(rows, vertices, volume, simplices, sizes / sizes.sum())
 
 
 def _segment(polytope: HPolytope) -> Solid | None:

@@ -94,8 +94,7 @@ def exact_support(vertices: list[Point], w: np.ndarray) -> Fraction:
 
 def area(vertices: list[Point]) -> Fraction:
     """Area of a counter-clockwise polygon (shoelace); 0 for fewer than three vertices."""
-    following = vertices[1:] + vertices[:1]
-    pairs = zip(vertices, following, strict=True)
+    pairs = zip(vertices, vertices[1:] + vertices[:1], strict=True)
     return sum((x * v - u * y for (x, y), (u, v) in pairs), Fraction(0)) / 2
 
 
@@ -104,10 +103,8 @@ def _turn(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:
 
 
 def _in_space(p: HPolytope, name: str) -> list[Point]:
-    rows = [
-        (tuple(map(Fraction, a)), Fraction(b))
-        for a, b in zip(p.A.tolist(), p.b.tolist(), strict=True)
-    ]
+    told = zip(p.A.tolist(), p.b.tolist(), strict=True)
+    rows = [(tuple(map(Fraction, a)), Fraction(b)) for a, b in told]
     if any(not any(a) and b < 0 for a, b in rows):
         return []  # a row 0 <= b with b < 0
     rows = [(a, b) for a, b in rows if any(a)]

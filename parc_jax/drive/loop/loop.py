@@ -231,8 +231,7 @@ class Loop:
             rows = order[judged : min(judged + AT_ONCE, most)]
             # a short call repeats its last candidate: one shape, one compiled program
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
-            left = self.effort.looks - looks
-            safe = preferred(scene, k[rows], AMONG, room, left)
+            safe = preferred(scene, k[rows], AMONG, room, self.effort.looks - looks)
             judged, looks = min(judged + safe.judged, most), looks + safe.looks
             # read after the verdicts: a manoeuvre that was proved too late begins too late
             if self._clock() - begin > self.effort.deadline:

@@ -138,10 +138,8 @@ def held(of_table: ErrorSet, exact, spare: Fraction) -> Fraction | None:
         if (dual == np.eye(n)).all():  # a basis without claim is one of the axes too
             chosen = tuple(faces[:n])
         middle, reach = ([*map(Fraction, x.tolist())] for x in (centre, half))
-        inside = all(
-            c - s <= low and high <= c + s
-            for (_, low, high), c, s in zip(chosen, middle, reach, strict=True)
-        )
+        of_each = zip(chosen, middle, reach, strict=True)
+        inside = all(c - s <= low and high <= c + s for (_, low, high), c, s in of_each)
         if not inside or _turned_by(chosen, dual) > spare:
             return None
     return max(max(abs(low), abs(high)) for _, low, high in faces[:n])

@@ -64,9 +64,8 @@ class Binned:
     def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Corners lo (n_k,), hi (n_k,) of a bin."""
         sides = list(zip(self.edges, np.unravel_index(number, self.grid), strict=True))
-        return np.array([edge[i] for edge, i in sides]), np.array(
-            [edge[i + 1] for edge, i in sides]
-        )
+        lo, hi = (np.array([edge[i + side] for edge, i in sides]) for side in (0, 1))
+        return lo, hi
 
 
 def each_bin(edges: Edges, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

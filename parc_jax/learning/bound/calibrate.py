@@ -72,19 +72,10 @@ def calibrate(
         evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
     evidence["scale"] = scale.hex()
     where = " whose k lies in K," if scores.law.fitted else ""
-    return _pac_claim(
-        net,
-        scores,
-        profile,
-        settings,
-        np.full(profile.n_bins, scale),
-        train,
-        evidence,
-        quantifier=f"{unit.each}{where} drawn from {scores.law.describe()}",
-        eps=supported,
-        n=n,
-        discard=discard,
-    )
+    said = f"{unit.each}{where} drawn from {scores.law.describe()}"
+    shown = {"quantifier": said, "eps": supported, "n": n, "discard": discard}
+    about = net, scores, profile, settings, train
+    return _pac_claim(*about, np.full(profile.n_bins, scale), evidence, **shown)
 
 
 def _pac_claim(
@@ -92,8 +83,8 @@ def _pac_claim(
     scores: Scores,
     profile: Tube,
     settings: BoundSettings,
-    scale: np.ndarray,
     train: RolloutBatch | None,
+    scale: np.ndarray,
     evidence: dict,
     **fields,
 ) -> ErrorClaim:
@@ -281,21 +272,19 @@ def calibrate_bins(
     scale = scales[block]
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
     uniform = scores.law.k_law == "uniform"
+    evidence = {
+        "bin_runs": [int(c) for c in counts[block]],
+        "bin_scale": hex_text(scale),
+        "bin_share": [str(s) for s in block_shares(profile.edges, block)] if uniform else None,
+        # the checker does the sum again
+        "blocks": [{"n": n, "discard": d, "eps": str(e)} for n, d, e in blocks],
+        "blocks_asked": None if settings.blocks is None else list(settings.blocks),
+    }
+    about = net, scores, profile, settings, train
     return _pac_claim(
-        net,
-        scores,
-        profile,
-        settings,
+        *about,
         scale,
-        train,
-        {
-            "bin_runs": [int(c) for c in counts[block]],
-            "bin_scale": hex_text(scale),
-            "bin_share": [str(s) for s in block_shares(profile.edges, block)] if uniform else None,
-            # the checker does the sum again
-            "blocks": [{"n": n, "discard": d, "eps": str(e)} for n, d, e in blocks],
-            "blocks_asked": None if settings.blocks is None else list(settings.blocks),
-        },
+        evidence,
         quantifier=f"in each claimed {place} of K, a new rollout drawn from "
         f"{scores.law.describe()} with k in that {place.split()[0]}",
         eps=max(eps for _, _, eps in blocks),

@@ -36,6 +36,8 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
     interval[counts == 0] = np.inf
     final[counts == 0] = np.inf
     between = DISCRETE_TIME.assumption(train.time.dt_record)
+    told = *about_left_out(gone), *invariances(train.rotation), *begins(train.subject)
+    evidence = {"failed": failed, "training": names_of(train)}
     return error_claim(
         kind="assumed",
         tube=tube(frame.edges, interval, final, len(train.points)),
@@ -48,15 +50,8 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         discard=failed,
         looks=1,
         law=train.law,
-        assumptions=(
-            _HOLDS,
-            *about_left_out(gone),
-            *invariances(train.rotation),
-            *begins(train.subject),
-            between,
-        ),
-        evidence={"failed": failed, "training": names_of(train)}
-        | ({"left_out": gone} if gone else {}),
+        assumptions=(_HOLDS, *told, between),
+        evidence=evidence | ({"left_out": gone} if gone else {}),
     )
 
 

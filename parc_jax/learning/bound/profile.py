@@ -157,10 +157,8 @@ def fitted_profile(
         directions = Errors(*(u[..., : u.shape[-1], :] for u in directions))
     least, most = _extremes(net, layout, runs, numbers, directions)
     counts = counts.reshape(frame.grid)
-    during, at_end = (
-        _between(u, low, high, counts, frames)
-        for u, low, high, frames in zip(directions, least, most, (False, True), strict=True)
-    )
+    parts = zip(directions, least, most, (False, True), strict=True)
+    during, at_end = (_between(u, low, high, counts, frames) for u, low, high, frames in parts)
     return fitted_tube(edges, during, at_end)
 
 

@@ -115,10 +115,8 @@ class Tube(Binned):
             for part in ours
             for name in ("directions", "centre")
         )
-        return same_faces and all(
-            a.shape == b.shape and bool((a >= b).all())
-            for a, b in zip(self.halves, other.halves, strict=True)
-        )
+        pairs = zip(self.halves, other.halves, strict=True)
+        return same_faces and all(a.shape == b.shape and bool((a >= b).all()) for a, b in pairs)
 
     def halves_around(
         self, interval: npt.ArrayLike, final: npt.ArrayLike
@@ -223,12 +221,8 @@ def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tu
     """Validated tube between faces, as in `Templates`; infinite: no claim. Raises InputError."""
     lost = np.isinf(during.half).any(axis=(1, 2, 3)) | np.isinf(at_end.half).any(axis=1)
     if lost.any():  # a claim of a bin as a whole, or none
-        during, at_end = (
-            faces.with_half(
-                np.where(lost.reshape(-1, *[1] * (faces.half.ndim - 1)), np.inf, faces.half)
-            )
-            for faces in (during, at_end)
-        )
+        during = during.with_half(np.where(lost[:, None, None, None], np.inf, during.half))
+        at_end = at_end.with_half(np.where(lost[:, None], np.inf, at_end.half))
     n_bins, n_steps, n_points = during.half.shape[:3]
     boxes = tube(edges, during.box.reshape(n_bins, n_steps, -1), at_end.box, n_points)
     return replace(boxes, templates=Templates(during, at_end))

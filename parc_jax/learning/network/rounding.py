@@ -56,10 +56,8 @@ def over_pieces(
     """
     each = int(pieces ** (1 / len(domain.lo)))
     edges = [np.linspace(a, b, each + 1) for a, b in zip(domain.lo, domain.hi, strict=True)]
-    lo, hi = (
-        np.array(list(itertools.product(*side)))
-        for side in ([e[:-1] for e in edges], [e[1:] for e in edges])
-    )
+    sides = [e[:-1] for e in edges], [e[1:] for e in edges]
+    lo, hi = (np.array(list(itertools.product(*side))) for side in sides)
     for layer in zip(net.weights[:-1], net.biases[:-1], strict=True):
         lo, hi = (np.maximum(side, 0.0) for side in _affine(*layer, lo, hi))
     return _affine(W, b, lo, hi)

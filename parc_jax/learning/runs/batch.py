@@ -29,6 +29,9 @@ from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 FAILED = f"{OURS}failed runs"  # the parameter of the law of a log without them
 
 
+BY_ROW = ("rows", "k", "p", "q", "groups", "lost")  # the arrays of a batch
+
+
 @struct.dataclass
 class RolloutBatch:
     """n runs on one record grid. Build with `rollout_batch`, which validates, or with `collect`.
@@ -129,15 +132,9 @@ class RolloutBatch:
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
-        return dataclasses.replace(
-            self,
-            rows=self.rows[index],
-            k=self.k[index],
-            p=self.p[index],
-            q=self.q[index],
-            groups=None if self.groups is None else self.groups[index],
-            lost=None if self.lost is None else self.lost[index],
-        )
+        arrays = {name: getattr(self, name) for name in BY_ROW}
+        some = {name: x[index] for name, x in arrays.items() if x is not None}
+        return dataclasses.replace(self, **some)
 
     def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
         """(the rest, a random share), rows in order, groups undivided. Raises InputError when

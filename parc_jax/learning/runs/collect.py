@@ -15,7 +15,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.labels import labels_of
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.chunks import (
     Arrays,
@@ -27,9 +26,17 @@ from parc_jax.learning.runs.chunks import (
 )
 from parc_jax.learning.runs.files import meta_of, read_npz, rollouts_from_npz, save_rollouts
 from parc_jax.learning.runs.joined import concatenate
-from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, given_of, identity_of, law_of
+from parc_jax.learning.runs.law import (
+    GIVEN,
+    SAMPLER,
+    LawSpec,
+    given_of,
+    identity_of,
+    law_of,
+    subject_of,
+)
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
-from parc_jax.learning.system import Retried, check_system, points_of, rotation_of
+from parc_jax.learning.system import Retried, check_system
 from parc_jax.learning.systems.chained import Chained
 from parc_jax.learning.systems.content import with_digest
 from parc_jax.learning.systems.python_system import PythonSystem
@@ -210,19 +217,9 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
             _log.info("%s: rows %d to %d", title, rows[0], rows[0] + size - 1)
             bar.update(size)
             arrays = {name: array[:size] for name, array in arrays.items()}
-            batch = rollout_batch(
-                **arrays,
-                rows=rows[:size],
-                time=system.time,
-                domain=system.domain,
-                law=law,
-                seed=seed_of(work.key),
-                stage=int(work.stage),
-                points=points_of(system),
-                rotation=rotation_of(system),
-                labels=labels_of(system),
-                given=given_of(system),
-            )
+            told = vars(subject_of(system)) | arrays | {"rows": rows[:size], "law": law}
+            del told["system"]  # the law names it
+            batch = rollout_batch(**told, seed=seed_of(work.key), stage=int(work.stage))
             if early is None and not batch.failed.all():
                 at = np.flatnonzero(~batch.failed)[:1]
                 early = rows[at], {name: array[at] for name, array in arrays.items()}
@@ -267,9 +264,8 @@ def _finished(work: _Work, path) -> RolloutBatch:
     rows = work.first_row + np.arange(n_again if is_traceable(system) else 1)
     runs = {"k": batch.k, "p": batch.p, "q": batch.q}
     require_same_runs(path, runs, work.simulate(rows), system)
-    return replace(
-        batch, rotation=rotation_of(system), labels=labels_of(system), given=given_of(system)
-    )
+    about = subject_of(system)
+    return replace(batch, rotation=about.rotation, labels=about.labels, given=about.given)
 
 
 def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):

@@ -15,11 +15,12 @@ import numpy as np
 
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.sets.box import box
-from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
+from parc_jax.learning.runs.batch import BY_ROW, RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import LawSpec
 from parc_jax.learning.system import time_grid
 
 FORMAT = "parc_jax.rollouts/1"
+NEEDED = BY_ROW[:4]  # in every file
 STATED = ("seed", "stage", "points", "rotation", "given", "source")  # of a batch, as plain values
 # of an archive with a wrong byte, which may also look encrypted or of a later version
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
@@ -92,10 +93,9 @@ def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[st
         "labels": None if batch.labels is None else batch.labels._asdict(),
     }
     meta |= {name: getattr(batch, name) for name in STATED}
-    arrays = {"rows": batch.rows, "k": batch.k, "p": batch.p, "q": batch.q}
-    arrays |= {"lo": batch.domain.lo, "hi": batch.domain.hi}
-    optional = {"groups": batch.groups, "lost": batch.lost}
-    arrays |= {name: array for name, array in optional.items() if array is not None}
+    arrays = {"lo": batch.domain.lo, "hi": batch.domain.hi}
+    by_row = {name: getattr(batch, name) for name in BY_ROW}
+    arrays |= {name: array for name, array in by_row.items() if array is not None}
     return arrays | {"meta": np.array(json.dumps(meta))}
 
 
@@ -109,18 +109,9 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
         about = {name: meta[name] for name in (*STATED, "labels") if meta.get(name) is not None}
         about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
-        return rollout_batch(
-            arrays["k"],
-            arrays["p"],
-            arrays["q"],
-            time=time_grid(**meta["time"]),
-            domain=box(arrays["lo"], arrays["hi"]),
-            law=law,
-            rows=arrays["rows"],
-            groups=arrays.get("groups"),
-            lost=arrays.get("lost"),
-            **about,
-        )
+        about |= {name: arrays[name] for name in BY_ROW if name in arrays or name in NEEDED}
+        K, time = box(arrays["lo"], arrays["hi"]), time_grid(**meta["time"])
+        return rollout_batch(time=time, domain=K, law=law, **about)
 
 
 def meta_of(arrays: dict) -> dict:

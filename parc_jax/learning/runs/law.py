@@ -340,14 +340,6 @@ def subject_from_json(data: dict) -> Subject:
     if data.get("labels_hash") != hash_of(data["labels"]):  # none: edited by anybody
         raise InputError("labels: expected those that were written; got others. Save them anew.")
     lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
-    return subject(
-        data["system"],
-        box(lo, hi),
-        time_grid(*nearest_floats(data["time"])),
-        data["n_p"],
-        data["n_q"],
-        data["points"],
-        data["rotation"],
-        data["labels"],
-        data.get("given", ()),
-    )
+    about = [data[name] for name in ("n_p", "n_q", "points", "rotation", "labels")]
+    time = time_grid(*nearest_floats(data["time"]))
+    return subject(data["system"], box(lo, hi), time, *about, data.get("given", ()))

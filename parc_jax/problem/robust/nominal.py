@@ -171,7 +171,7 @@ def _require_places(body: Disc | Polygon | Body, model: TrajectoryModel) -> None
     wide = model.tube.interval[model.tube.claimed, 0].max(axis=0, initial=0.0).reshape(-1, 2)
     wide[0] = 0.0  # the first point is where the start is
     some = [model.points.index(name) for name, *_ in told]
-    lo, hi = (once(model, _at_start) + np.multiply.outer([-1.0, 1.0], wide))[:, some]
+    lo, hi = (once(model, at_start) + np.multiply.outer([-1.0, 1.0], wide))[:, some]
     below, above = lo[:, None] - hi, hi[:, None] - lo  # of one seen from another, along each axis
     least = np.linalg.norm(np.maximum(np.maximum(below, -above), 0.0), axis=-1)
     most = np.linalg.norm(np.maximum(above, -below), axis=-1)
@@ -214,7 +214,7 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
     cosine, sine = math.cos(heading), math.sin(heading)
     for i, part in enumerate(numbered(problem.body, model.points)):
         some = [0] if 0 in part.points else list(part.points)  # their middle is in their hull
-        around = np.zeros((2, 2)) if some == [0] else once(model, _at_start)[:, some].mean(axis=1)
+        around = np.zeros((2, 2)) if some == [0] else once(model, at_start)[:, some].mean(axis=1)
         corners = np.array(list(itertools.product(*around[:, :2].T)))
         places = starts[:, None] + corners @ np.array([[cosine, sine], [-sine, cosine]])
         if not isinstance(part.shape, Disc):
@@ -249,9 +249,11 @@ def _common_error(sets: list[HPolytope | None]) -> np.ndarray:
     return np.array([float(sum(x) / len(corners)) for x in zip(*corners, strict=True)])
 
 
-def _at_start(model: TrajectoryModel) -> np.ndarray:
+def at_start(model: TrajectoryModel) -> np.ndarray:
     """(2, points, n_p) bounds of where each point may begin, seen from the first, over all k."""
     others = (model.n_points - 1) * model.n_p  # the outputs that come first
+    if not others:
+        return np.zeros((2, 1, model.n_p))
     lo, hi = outputs_within(model.net, model.domain, np.arange(others))
     bounds = np.stack([lo.min(axis=0), hi.max(axis=0)]).reshape(2, -1, model.n_p)
     if (fitted := model.tube.templates) is not None:  # without zero error a point is elsewhere

@@ -8,6 +8,7 @@ that keeps the hull of all these points clear keeps the true run clear.
 
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -263,11 +264,8 @@ def axis_of(edges: np.ndarray, lo: float, hi: float, chosen: bool, finest: float
 
 def _met(edges: list[Fraction], lo: Fraction, hi: Fraction, closed: bool) -> tuple[int, int]:
     """First and last bin that meets [lo, hi], closed or open."""
-    meets = [
-        i
-        for i, (a, b) in enumerate(itertools.pairwise(edges))
-        if (a < hi and lo < b) or (closed and a <= hi and lo <= b)
-    ]
+    before, bins = operator.le if closed else operator.lt, enumerate(itertools.pairwise(edges))
+    meets = [i for i, (a, b) in bins if before(a, hi) and before(lo, b)]
     return meets[0], meets[-1]
 
 

@@ -42,25 +42,28 @@ def lines_between(lo: Float[ArrayLike, " n"], hi: Float[ArrayLike, " n"]) -> Lin
     return Lines(below, above, height)
 
 
-def least_of_rows(
-    layers: Layers,
-    lines: Sequence[Lines],
-    rows: Float[ArrayLike, "r n"],
-    constant: Float[ArrayLike, " r"],
-    lo: Params,
-    hi: Params,
-):
-    """Lower bounds (r,) of rows of the outputs of the last of the lines, plus a constant, for k in
-    the box lo, hi. layers: before each of the lines.
-    """
-    for (W, b), line in zip(layers[::-1], lines[::-1], strict=True):
-        up = jnp.maximum(rows, 0)
-        down = jnp.minimum(rows, 0)
-        constant = constant + product(down, line.height)
-        rows = up * line.below[None] + down * line.above[None]
-        constant = constant + product(rows, b)
-        rows = product(rows, W)
-    return constant + jnp.minimum(rows * lo[None], rows * hi[None]).sum(axis=1)
+class OverBox(NamedTuple):
+    """The first hidden layers of a network for k in the box lo, hi. layers: W, b before each."""
+
+    lo: Params
+    hi: Params
+    layers: Layers = ()
+    lines: tuple[Lines, ...] = ()
+
+    def least(self, rows: Float[ArrayLike, "r n"], constant: Float[ArrayLike, " r"]):
+        """Lower bounds (r,) of rows of the outputs of the last of the layers, plus a constant."""
+        for (W, b), line in zip(self.layers[::-1], self.lines[::-1], strict=True):
+            up = jnp.maximum(rows, 0)
+            down = jnp.minimum(rows, 0)
+            constant = constant + product(down, line.height)
+            rows = up * line.below[None] + down * line.above[None]
+            constant = constant + product(rows, b)
+            rows = product(rows, W)
+        return constant + jnp.minimum(rows * self.lo[None], rows * self.hi[None]).sum(axis=1)
+
+    def range(self, rows: Float[ArrayLike, "r n"], constant: Float[ArrayLike, " r"]):
+        """Least and most (r,) of them."""
+        return self.least(rows, constant), -self.least(-rows, -constant)
 
 
 def ranges_of_rows(
@@ -73,19 +76,8 @@ def ranges_of_rows(
     """Least and most (r,) of rows of the outputs of the last hidden layer, plus a constant, for k
     in the box lo, hi. Kernel.
     """
-    lines: list[Lines] = []
-    for depth, (W, b) in enumerate(layers):
-        lines.append(lines_between(*_both(layers[:depth], lines, W, b, lo, hi)))
-    return _both(layers, lines, rows, constant, lo, hi)
-
-
-def _both(
-    layers: Layers,
-    lines: Sequence[Lines],
-    rows: Float[ArrayLike, "r n"],
-    constant: Float[ArrayLike, " r"],
-    lo: Params,
-    hi: Params,
-):
-    least = least_of_rows(layers, lines, rows, constant, lo, hi)
-    return least, -least_of_rows(layers, lines, -rows, -constant, lo, hi)
+    known = OverBox(lo, hi)
+    for W, b in layers:
+        lines = (*known.lines, lines_between(*known.range(W, b)))
+        known = OverBox(lo, hi, (*known.layers, (W, b)), lines)
+    return known.range(rows, constant)

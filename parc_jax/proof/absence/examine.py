@@ -171,14 +171,9 @@ def _examined(
     at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
     _, worst = _extremes(depth, known.owner, n)
 
-    effects = _effects_of_sides(
-        [goal_z, scene.start_A],
-        [moved_end, moved[:, :, 0, :n_p]],
-        [goal_rest, scene.start_A],
-        z_hi - z_lo,
-        tried,
-        moved,
-    )
+    z_rows, k_rows = [goal_z, scene.start_A], [goal_rest, scene.start_A]
+    k_moves = [moved_end, moved[:, :, 0, :n_p]]
+    effects = _effects_of_sides(z_rows, k_moves, k_rows, z_hi - z_lo, tried, moved)
     sizes = moments(most_places - least_places)
     sizes = sizes[jnp.arange(len(sizes))[:, None], tried.interval, tried.share]
     along = dot(jnp.abs(tried.way), _mixed(sizes, tried))  # how far the boxes around places go
@@ -235,10 +230,8 @@ def _effects_of_sides(
     n = len(z_size)
     along_z = [jnp.abs(A)[None] * z_size[:, None] for A in z_rows]
     along_z.append(jnp.abs(tried.way) * z_size[:, None])
-    along_k = [
-        jnp.abs(jnp.einsum("nij,rj->nri", move, A, precision=HIGHEST))
-        for move, A in zip(k_moves, k_rows, strict=True)
-    ]
+    pairs = zip(k_moves, k_rows, strict=True)
+    along_k = [jnp.abs(jnp.einsum("nij,rj->nri", x, A, precision=HIGHEST)) for x, A in pairs]
     moved_at = moments(moved)[jnp.arange(n)[:, None], :, tried.interval, tried.share]
     moved_at = _mixed(moved_at, tried)
     along_k.append(jnp.abs(jnp.einsum("ncij,ncj->nci", moved_at, tried.way, precision=HIGHEST)))

@@ -82,8 +82,7 @@ class PolygonBody:
         self.vertices = vertices
         self.points = np.concatenate([vertices.mean(axis=0)[None], vertices])
         corners = min(vertices.shape[1] + 1, len(vertices))
-        triples = itertools.combinations(range(len(vertices)), corners)
-        self._triples = np.array(list(triples))
+        self._triples = np.array(list(itertools.combinations(range(len(vertices)), corners)))
         ones = np.ones((len(self._triples), 1, corners))
         self._system = np.concatenate([vertices[self._triples].swapaxes(1, 2), ones], axis=1)
         self._inverse = np.linalg.pinv(self._system)
@@ -248,11 +247,8 @@ class Reasons:
         self.model = model
         self.problem = problem
         self.errors = errors
-        self.contacts = [
-            Contacts(problem, o, part)
-            for o in range(len(problem.obstacles))
-            for part in range(len(problem.parts))
-        ]
+        pairs = itertools.product(range(len(problem.obstacles)), range(len(problem.parts)))
+        self.contacts = [Contacts(problem, *pair) for pair in pairs]
         self.parts = numbered(problem.body, model.points)
         self.goal_rows = len(problem.goal.b)
         self.start_rows = 0 if problem.start is None else len(problem.start.b)

@@ -63,10 +63,8 @@ def model_of_file(data: dict) -> TrajectoryModel:
     problem are not those of the claim.
     """
     asked, network, widths = data["problem"], data["network"], data["tube"]
-    net = relu_network(
-        [nearest_floats(W) for W in network["weights"]],
-        [nearest_floats(b) for b in network["biases"]],
-    )
+    layers = ([nearest_floats(x) for x in network[part]] for part in ("weights", "biases"))
+    net = relu_network(*layers)
     claim = claim_from_json(data["claim"], _tube(widths, asked["points"]))
     domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
     proved = (hex_text(domain.lo), hex_text(domain.hi), nearest_floats(asked["dt"]), asked["steps"])

@@ -123,10 +123,8 @@ def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
 
 def question_parts(problem: Problem, model: TrajectoryModel) -> tuple[dict, dict, dict]:
     """Problem, network and tube."""
-    if model.tube.templates is None:
-        tube = tube_part(model.tube)
-    else:
-        tube = fitted_tube_part(model.tube, model.tube.templates, problem.goal)
+    fitted, goal = model.tube.templates, problem.goal
+    tube = tube_part(model.tube) if fitted is None else fitted_tube_part(model.tube, fitted, goal)
     return problem_part(problem, model), network_part(model.net), tube
 
 
@@ -196,31 +194,23 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
         sep.append(merged_runs(chosen, exists))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)
-    return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
+    return plan_part(p0, k, sep, scene.problem)
 
 
 def polytope_part(polytope: SafePolytope) -> dict:
     """Certificate of a polytope: pattern, directions and one inner point."""
-    return {
-        "p0": hex_text(polytope.p0),
-        "k": hex_text(polytope.k),
-        "bin": polytope.bin,
-        "pattern": "".join("1" if on else "0" for on in polytope.pattern),
-        "sep": separation_part(polytope.corridor.runs, polytope.scene.problem),
-    }
+    pattern = "".join("1" if on else "0" for on in polytope.pattern)
+    plan = plan_part(polytope.p0, polytope.k, polytope.corridor.runs, polytope.scene.problem)
+    return plan | {"bin": polytope.bin, "pattern": pattern}
 
 
 def corridor_part(corridor: Corridor, problem: Problem) -> dict:
     """Certificate of a corridor: its directions and one plan that satisfies it."""
-    return {
-        "p0": hex_text(corridor.p0),
-        "k": hex_text(corridor.k),
-        "sep": separation_part(corridor.runs, problem),
-    }
+    return plan_part(corridor.p0, corridor.k, corridor.runs, problem)
 
 
-def separation_part(runs_by_pair: list, problem: Problem) -> list:
-    """The entries of a certificate for each pair, by obstacle and by part of the body."""
+def plan_part(p0: np.ndarray, k: np.ndarray, runs_by_pair: list, problem: Problem) -> dict:
+    """A plan and the directions of each pair, by obstacle and by part of the body."""
     spelled = [
         [
             [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
@@ -229,7 +219,8 @@ def separation_part(runs_by_pair: list, problem: Problem) -> list:
         for runs in runs_by_pair
     ]
     n = len(problem.parts)
-    return [spelled[first : first + n] for first in range(0, len(spelled), n)]
+    sep = [spelled[first : first + n] for first in range(0, len(spelled), n)]
+    return {"p0": hex_text(p0), "k": hex_text(k), "sep": sep}
 
 
 def by_pair(sep: list) -> list:

@@ -143,7 +143,5 @@ def _spelled_out(scene: Scene, choice: Chosen) -> list[Corridor]:
     support = np.where(active, support + scene.slack * np.abs(w).sum(axis=3), -np.inf)
     none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
     points = scene.obstacles.points[:n]
-    return [
-        Corridor(*fields, points, none, none, scene.apart)
-        for fields in zip(w, support, multipliers, strict=True)
-    ]
+    chosen = zip(w, support, multipliers, strict=True)
+    return [Corridor(*fields, points, none, none, scene.apart) for fields in chosen]

@@ -59,11 +59,8 @@ class Corridor(NamedTuple):
     def own_runs(self) -> list[list[Run]]:
         """The intervals of each pair as runs of equal directions; padding has none."""
         exists = ~np.isneginf(self.support)
-        return [
-            merged_runs(exact[active], np.flatnonzero(active))
-            for exact, active in zip(self.multipliers, exists, strict=True)
-            if active.any()
-        ]
+        pairs = zip(self.multipliers, exists, strict=True)
+        return [merged_runs(m[on], np.flatnonzero(on)) for m, on in pairs if on.any()]
 
     @property
     def runs(self) -> list[list[Run]]:

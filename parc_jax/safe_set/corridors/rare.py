@@ -12,8 +12,13 @@ import logging
 import numpy as np
 
 from parc_jax.common.climb import Ranked
-from parc_jax.learning.network.predict import trajectories
-from parc_jax.safe_set.corridors.sampling import Place, box_of_plans, place_around
+from parc_jax.safe_set.corridors.sampling import (
+    Place,
+    box_of_plans,
+    ends_from,
+    place_around,
+    plans_of,
+)
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene
@@ -48,9 +53,7 @@ def where_around(
     scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray, limit: Limit
 ) -> Place:
     """A place around the safe plans near one, p0 (n_p,), k (n_k,)."""
-    model = scene.model
-    offsets, _ = trajectories(model.net, model.layout, k[None])
-    seed = np.concatenate([p0 + offsets[0, -1, : model.n_p], k])
+    seed = np.concatenate([ends_from(p0, scene.model, k[None])[0], k])
     lo, hi = box_of_plans(scene)
     # a cloud so small that most of it is safe too, wherever that plan lies
     for size in 0.5 ** np.arange(4, 40, 3):
@@ -93,8 +96,7 @@ def _level(plans: Ranked) -> float:
 def _copied(rng: np.random.Generator, plans: Ranked, level: float, n: int) -> Ranked:
     """n plans drawn from those of at least this level."""
     among = np.flatnonzero(plans.value >= level)
-    chosen = among[rng.integers(0, len(among), n)]
-    return plans.at(chosen)
+    return plans.at(among[rng.integers(0, len(among), n)])
 
 
 def _moved(
@@ -133,13 +135,4 @@ def _around(scene: Scene, rng: np.random.Generator, safe: Ranked, limit: Limit) 
 
 def _margins(scene: Scene, x: np.ndarray) -> np.ndarray:
     """(b,) least margin of the verdicts on x (b, n), positive for safe plans."""
-    model = scene.model
-    if not len(x):
-        return np.zeros(0)
-    k = x[:, -model.n_k :]
-    if scene.at is None:
-        offsets, _ = trajectories(model.net, model.layout, k)
-        p0 = x[:, : model.n_p] - offsets[:, -1, : model.n_p]
-    else:
-        p0 = np.tile(scene.at, (len(k), 1))
-    return verdicts(scene, p0, k).room
+    return verdicts(scene, *plans_of(scene, x)).room if len(x) else np.zeros(0)

@@ -218,8 +218,7 @@ class Sampler:
         drawn, safe = self.tally.drawn, self.tally.safe
         most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
         size = int(np.clip(enough * drawn / max(safe, 1), FIRST_DRAW, most))
-        asked = self._scene, self._rng, size, self._within
-        self._coming = self._thread.submit(draw, *asked)
+        self._coming = self._thread.submit(draw, self._scene, self._rng, size, self._within)
 
     def take(self) -> Points:
         """The safe plans of the draw that was started, or of one made now."""
@@ -265,6 +264,14 @@ def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) 
     """(b, n_p) where the first point ends that starts there, for parameters k (b, n_k)."""
     first = model.layout.n_offsets - model.n_c
     return start + outputs(model.net, k, slice(first, first + model.n_p))
+
+
+def plans_of(scene: Scene, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """p0 (b, n_p), k (b, n_k) of ends and parameters x, or of parameters from the one start."""
+    model, k = scene.model, x[:, -scene.model.n_k :]
+    if scene.at is not None:
+        return np.tile(scene.at, (len(k), 1)), k
+    return x[:, : model.n_p] - ends_from(0.0, model, k), k
 
 
 def box_of_plans(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

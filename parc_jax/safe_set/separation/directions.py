@@ -111,24 +111,17 @@ def direction_table(
     n_d = N_DIRECTIONS[n_p]
     w = np.zeros((n_o, n_d, n_p))
     support = np.zeros((n_o, n_d))
-    multipliers, cones = [], []
-    obstacles, shapes = [], []
-    for j, part in pairs:
+    told = []  # of every pair what only the host needs
+    for o, (j, part) in enumerate(pairs):
         obstacle, shape = problem.obstacles[j], problem.parts[part].shape
-        own = tuple(_cones(obstacle, f"obstacle {j}"))
-        chosen, along = _fan(obstacle.A.tobytes(), own)
-        w[len(cones)] = along
+        cones = tuple(_cones(obstacle, f"obstacle {j}"))
+        chosen, w[o] = _fan(obstacle.A.tobytes(), cones)
         bounds = [_rounded_sum(m.values, obstacle.b[list(m.rows)].tolist()) for m in chosen]
-        support[len(cones)] = bounds + body_support(shape, along)
-        multipliers.append(chosen)
-        cones.append(own)
-        obstacles.append(obstacle)
-        shapes.append(shape)
-    facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
+        support[o] = bounds + body_support(shape, w[o])
+        told.append((chosen, cones, obstacle, shape))
+    facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen, *_ in told]
     n_facets = min(n_d, bucket(max(facets, default=1)))
-    return DirectionTable(
-        w, support, n_facets, tuple(multipliers), tuple(cones), tuple(obstacles), tuple(shapes)
-    )
+    return DirectionTable(w, support, n_facets, *zip(*told, strict=True))
 
 
 def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
@@ -143,8 +136,7 @@ def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
         for v, x in zip(values, column, strict=True)
     )
     if not plain:
-        terms = (v * Fraction(x) for v, x in zip(values, column, strict=True))
-        return float(sum(terms))
+        return float(sum(v * Fraction(x) for v, x in zip(values, column, strict=True)))
     products = []
     for v, x in zip(values, column, strict=True):
         factor = v.numerator / v.denominator

@@ -109,8 +109,7 @@ def _nearest_of_triangle(triangle: Float[ArrayLike, "3 3"]):
     inside = (above > 0).all() & (square > flat)
     foot = normal * (dot(normal, p) / jnp.where(square > 0, square, 1))
     edges = jax.vmap(_nearest_of_edge)(jnp.stack([jnp.stack(e) for e in ((p, q), (q, r), (r, p))]))
-    nearest = edges[dot(edges, edges).argmin()]
-    return jnp.where(inside, foot, nearest)
+    return jnp.where(inside, foot, edges[dot(edges, edges).argmin()])
 
 
 def _unit(w: Vector):

@@ -211,16 +211,10 @@ def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float)
     """(rows, T) [m] least gap of a part and the obstacle along the normal."""
     up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
     threshold = b + body_support(part.shape, A)
-    least = np.minimum.reduce(
-        [
-            excess([up @ lo.T + down @ hi.T], size @ error.T)
-            for lo, hi, error in zip(*(x.swapaxes(0, 1) for x in extent), strict=True)
-        ]
-    )
+    by_point = zip(*(x.swapaxes(0, 1) for x in extent), strict=True)
+    rooms = [excess([up @ lo.T + down @ hi.T], size @ error.T) for lo, hi, error in by_point]
     farthest = (np.maximum(np.abs(extent.lo), np.abs(extent.hi)) + extent.error).max()
     terms = size.max(axis=1) * A.shape[1] * farthest + np.abs(threshold)
     paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
-    return (
-        excess([least], paid[:, None])
-        / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]
-    )
+    length = np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT)
+    return excess([np.minimum.reduce(rooms)], paid[:, None]) / length[:, None]

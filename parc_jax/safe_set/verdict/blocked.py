@@ -107,8 +107,7 @@ def rooms(scene: Scene, p0: Positions, k: ManyParams, tube: Tube | None = None) 
 
 def without_errors(tube: Tube) -> Tube:
     """The tube of the same bins that allows no error."""
-    n_end = tube.final.shape[1]
-    return zero_tube(tube.edges, tube.n_steps, tube.n_c, n_end, tube.n_points)
+    return zero_tube(tube.edges, tube.n_steps, tube.n_c, tube.final.shape[1], tube.n_points)
 
 
 def deepest(scene: Scene, plan: np.ndarray, o: int, tube: Tube) -> tuple[float, int, np.ndarray]:

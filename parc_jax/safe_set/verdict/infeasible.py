@@ -17,6 +17,7 @@ from parc_jax.learning.network.rounding import outputs_within
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
+from parc_jax.problem.robust.nominal import at_start
 from parc_jax.safe_set.verdict.scene import Scene
 
 GROWN = "with obstacles, goal, body and tube as the uncertainty has them, "
@@ -127,8 +128,7 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
             if span is not None and not span[0] <= t <= span[1]:
                 continue
             for box_lo, box_hi, radius in body:
-                sides = zip(lo + box_lo, hi + box_hi, strict=True)
-                corners = itertools.product(*sides)
+                corners = itertools.product(*zip(lo + box_lo, hi + box_hi, strict=True))
                 if all(_touches(obstacle, np.array(z), radius) for z in corners):
                     reach = f", which reaches {exact(radius)} m from there," if radius else ""
                     return f"{where}, the body{reach} touches obstacle {j}.", j
@@ -137,11 +137,7 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
 
 def _at_the_start(scene: Scene):
     """The same at the start, of points and their means, wherever the model has them for some k."""
-    model = scene.model
-    start = np.zeros((2, model.n_points, model.n_p))
-    if model.n_points > 1:
-        lo, hi = once(model, _outputs, 0, model.n_c - model.n_p)
-        start[:, 1:] = np.reshape([lo.min(axis=0), hi.max(axis=0)], (2, -1, model.n_p))
+    model, start = scene.model, once(scene.model, at_start)
     for part in numbered(scene.problem.body, model.points):
         points = start[:, list(part.points)]
         for box in (*np.moveaxis(points, 1, 0), points.mean(axis=1)):

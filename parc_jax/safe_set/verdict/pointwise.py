@@ -78,8 +78,7 @@ def row_margin(
     A: Float[ArrayLike, "h n"], b: Float[ArrayLike, " h"], x: Float[ArrayLike, " n"], slack: Scalar
 ):
     """Smallest of b - A x over the rows, less the slack of each."""
-    values = product(A, x)
-    return least(b - values - slack * jnp.abs(A).sum(axis=1))
+    return least(b - product(A, x) - slack * jnp.abs(A).sum(axis=1))
 
 
 def prediction(
