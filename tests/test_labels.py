@@ -62,13 +62,16 @@ def test_wrong_labels_are_refused(wrong):
         {"p": (f"x{unit}", "y [m]")}
         for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm", "_inch", "_px")
     ]
-    + [{"p": ("x [m]", word)} for word in ("yaw [m]", "theta", "t", "robotSpeed", "lat")],
+    + [{"p": ("x [m]", word)} for word in ("yaw [m]", "theta", "t", "robotSpeed", "lat")]
+    + [{"p": ("x [m]", word)} for word in ("y_index", "y angle", "index [m]", "y_time", "y_px")],
 )
 def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
     about = "cart", Cart.domain, pj.learning.time_grid(0.5, 1.0), 2, 2, None, ("turns", "stays")
     named = subject(*about, {"q": ("yaw [rad]", "wind [knots]"), "k": ("speed [mm/s]", "b [deg]")})
     assert named.labels.heading == 0
     subject(*about, {"p": ("x (rear axle)", "bottom"), "q": ("yaw (world)", "wind (deg)")})
+    for p in ("px,py", "x0,y0", "tx,ty", "x_t,y_t", "t x,t y", "index x [m],angle bracket y [m]"):
+        assert subject(*about, {"p": p.split(",")}).labels.p == tuple(p.split(","))
     with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):
         subject(*about, wrong)
     with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):

@@ -6,12 +6,12 @@ runs that are watched under it, a manoeuvre and the next one) meet through `agre
 
 import hashlib
 import json
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from parc_jax.checker.claim import ASSUMED, CHECKED, MEASURED
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind, is_text, shown
 
 # checked: recomputed by the engine and both checkers; measured: counted in runs, or read off the
 # thing itself, the record's word; assumed: nobody showed it
@@ -76,6 +76,17 @@ def premises(entries: Iterable[tuple[str, str, Any]]) -> Premises:
                 f"{entry.value!r:.80}."
             )
     return Premises(found)
+
+
+def assumptions(call: str, given: Mapping[str, Any] | None) -> list[Premise]:
+    """What a caller assumes, by name, each some text on one line. Raises InputError."""
+    check_kind(f"{call}: assumed", given or {}, Mapping)
+    for name, value in (given := dict(given or {})).items():
+        if not all(is_text(x) and x.strip() for x in (name, text_of(value))):
+            raise InputError(
+                f"{call}: expected assumed as some text by name; got {shown({name: value})}."
+            )
+    return [Premise(name, ASSUMED, value) for name, value in given.items()]
 
 
 def agree(

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError, SoundnessError, check_kind, reading
 from parc_jax.common.on_use import package
-from parc_jax.common.premises import text_of
+from parc_jax.common.premises import assumptions, text_of
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.episode_file import save_episode
@@ -127,7 +127,7 @@ class Shield(gymnasium.Wrapper):
         self._metric = self._euclidean if metric is None else metric
         for call in (sense, ask, act, self._metric):
             check_kind("Shield: sense, ask, act and metric", call, Callable)
-        check_kind("Shield: assumed", assumed or {}, Mapping)
+        told = assumptions("Shield", assumed)
         n = len(self._chosen)
         rest = as_float64("rest", np.zeros(n) if rest is None else rest, (n,))
         if candidates is None:
@@ -151,7 +151,7 @@ class Shield(gymnasium.Wrapper):
             effort=PATIENT if effort is None else effort,
         )
         self._assumed = dict(assumed or {})
-        self._told = tuple(f"{name}: {text_of(value)}" for name, value in self._assumed.items())
+        self._told = tuple(f"{name}: {text_of(value)}" for name, _, value in told)
         self.every, self.room = every, at_least("room", room)
         self.commitments: list[Commitment] = []
         self._observation: Any = None

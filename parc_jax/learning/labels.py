@@ -14,6 +14,11 @@ HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is t
 OTHER_UNITS = "mm cm km ft feet inch inches yd px pixel pixels deg degrees ° ms".split()
 NO_PLACE = {*HEADINGS, *"t time stamp timestamp sec index angle pitch roll latitude".split()}
 NO_PLACE |= {*"longitude lat lon speed velocity vx vy vz qw qx qy qz quaternion".split()}
+# of a map's frame; a column of another place would be mirrored
+AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
+LONE = {"e": "x", "n": "y"}  # where nothing else names an axis
+_AROUND = "pos|position|coord|coordinate"
+_GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
 PARTS = ("p", "q", "k")
 
 
@@ -99,15 +104,26 @@ def words_in(label: str) -> list[str]:
     return re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name_of(label)).lower())
 
 
+def axes_in(label: str, but: Sequence[str] = ()) -> set[str]:
+    """Axes that words of its name tell, as `x0`, `px` and `Easting` tell x. but: left out."""
+    words = [word for word in words_in(label) if word not in but]
+    named = {found[1] for word in words if (found := _GLUED.fullmatch(word))}
+    named |= {AXES[x] for x in words if x in AXES}
+    return named or {LONE[x] for x in words if x in LONE}
+
+
 def require_unit(label: str, unit: str) -> None:
     """Raises InputError for a label that tells another unit, or for [m] what is no place."""
     last, words = re.split(r"[ _(\[]", label.rstrip(")]"))[-1], words_in(label)
-    if unit == "m" and (no := next((word for word in words if word in NO_PLACE), "")):
+    # beside an axis: `x_t`, and `index finger x [m]`, but no `x_index`
+    beside = ["t", *["index", "angle"] * (unit_of(label) == unit)] if axes_in(label) else ()
+    if unit == "m" and (no := next((x for x in words if x in NO_PLACE and x not in beside), "")):
         raise InputError(
             f"labels: expected places in m, axis by axis; got {label!r}, which tells of {no}. "
             "A heading is q, with rotation; times and speeds are left out."
         )
-    if unit_of(label) not in ("", unit) or last in OTHER_UNITS:
+    alone = words == [last] and axes_in(label)  # `px` of `px, py`
+    if unit_of(label) not in ("", unit) or (last in OTHER_UNITS and not alone):
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
             f"{label!r}. Tell the numbers and their label in {unit}."

@@ -13,7 +13,7 @@ import parc_jax
 from parc_jax.checker.claim import NOT_STATED, NUMBERS, checked_claim
 from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import ASSUMED, CHECKED, agree, premises
+from parc_jax.common.premises import ASSUMED, CHECKED, agree, assumptions, premises
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
 from parc_jax.learning.bound.claim import check_claim, derived, error_claim, scene_claim
@@ -231,6 +231,17 @@ def test_two_records_that_meet_agree_in_every_entry(claim):
     with pytest.raises(InputError, match=rf"agree; {second.name} is "):
         agree("here", record, premises(both), free={first.name})
     assert record.hash == premises(record).hash != premises(both).hash
+
+
+def test_what_a_caller_assumes_has_a_name_and_says_something():
+    told = {"floor": "dry", "friction": ["0.8", 1]}
+    assert [*premises(assumptions("it", told))] == [(x, ASSUMED, y) for x, y in told.items()]
+    assert assumptions("it", None) == []
+    for wrong in ({"": "x"}, {"a": "x", "b": " "}, {"a": []}, {1: "x"}, {"a": "b\n(C)"}):
+        with pytest.raises(InputError, match=r"it: expected assumed as some text by name; got \{"):
+            assumptions("it", wrong)
+    with pytest.raises(InputError, match="it: assumed: expected Mapping; got 'dry'"):
+        assumptions("it", "dry")
 
 
 def test_a_record_keeps_what_a_file_can_keep():

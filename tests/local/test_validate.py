@@ -33,6 +33,7 @@ from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import SEEN, ledger_of, used_by
 from parc_jax.learning.bound.start_gap import trial_of
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.method import Exact, FirstProved
@@ -217,6 +218,7 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert "by plant (k by a uniform draw from the set" in said
     assert " of 600 plans drawn" in said and "runs may leave it" in said
     accepted = validated.model.claim
+    assert in_short(accepted) == "of a validated set: runs may leave it"
     assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said
     assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
     assert "% of the plans whose first point ends in the goal" in validation.summary()
@@ -459,7 +461,7 @@ def test_of_a_place_that_a_search_found_the_share_is_told_as_one_of_all():
 
 def test_what_has_no_law_is_refused():
     uncertain = toy.problem().replace(uncertainty=pj.Uncertainty(start=(0.01, 0.01)))
-    with pytest.raises(InputError, match="without uncertainty"):
+    with pytest.raises(InputError, match=r"without uncertainty .* without validate=, --validate"):
         toy.planner().solve(uncertain, KEY, toy.SETTINGS, validate=ASKED)
     other = plant(toy.gusty, toy.T + 1)
     with pytest.raises(InputError):

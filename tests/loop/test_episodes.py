@@ -273,8 +273,9 @@ def test_an_episode_that_leaves_out_what_it_drove_has_failed():
 
 
 def test_an_episode_that_begins_with_what_was_under_way_is_told_from_there_on():
-    loop, place = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,)), 0.0
-    done = []
+    model, place, done = line_model(4, 0.01, rests=True), 0.0, []
+    patient = pj.drive.Effort(candidates=64, deadline=300.0)
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=patient)
     for i in range(5):
         if i == 3:
             loop.restart(done[-1])
@@ -399,6 +400,25 @@ def test_a_driver_that_goes_on_learning_is_no_driver_of_independent_episodes(wor
     assert "(episodes: 1 driven again, the same but for far; the first, by another" in said
     alone = asked(Toy(), 30, workers=workers).details()
     assert "stay so (episodes: 1 driven again, the same; the first, by another seed, other" in alone
+
+
+class Unseeded:
+    """An environment that is reset without a seed: the first differs from itself at once."""
+
+    def __init__(self):
+        self.driven = 0
+
+    def __call__(self, world, seed):
+        self.driven += 1
+        return pj.drive.Outcome(self.driven == 2)
+
+
+def test_a_drive_that_does_not_draw_from_its_seed_ends_early_and_is_told_why():
+    """It ended with the last of 300, and nothing was said of draws."""
+    drive = Unseeded()
+    with pytest.raises(InputError, match=r"number 0, .* not come from its seed, as by a re"):
+        asked(drive, 300)
+    assert drive.driven == 2
 
 
 class FromFile:

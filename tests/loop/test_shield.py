@@ -447,6 +447,17 @@ def test_an_environment_that_resets_itself_is_refused(model):
     shielded(gymnasium.wrappers.TimeLimit(Platform(), 9), model)
 
 
+def test_what_is_assumed_has_a_name_and_says_something(model, tmp_path):
+    """An empty one was told as ": x"."""
+    for wrong in ({"": "x"}, {"floor": ""}):
+        with pytest.raises(pj.InputError, match="Shield: expected assumed as some text by name"):
+            shielded(model=model, assumed=wrong)
+    env = shielded(model=model)
+    env.reset(seed=0)
+    with pytest.raises(pj.InputError, match="episode: expected assumed as some text"):
+        pj.drive.save_episode(tmp_path / "drive.json", env.commitments, assumed={"floor": ""})
+
+
 def test_where_no_stop_is_certified_no_episode_begins_anew(model):
     env = shielded(model=model)
     seen, _ = env.reset()

@@ -201,6 +201,44 @@ def test_a_column_of_places_is_that_axis_in_metres(batch, tmp_path, header, said
         assert load(fits) == tuple(fits.split(","))
 
 
+# pairs of columns as robots' logs have them: the other way round they are a mirror
+PAIRS = (
+    "px,py|xpos,ypos|posx,posy|p_x,p_y|x0,y0|x1,y1|x_0,y_0|dx,dy|tx,ty|x_t,y_t|E,N|pos_e,pos_n|"
+    "px [m],py [m]|xpos [m],ypos [m]|tx [m],ty [m]|E [m],N [m]|xPos [m],yPos [m]|x_m,y_m|"
+    "robot_x,robot_y|x_east,y_north|pose.position.x,pose.position.y|xcoord,ycoord"
+)
+
+
+def one_file(folder, header, n, points=None):
+    """The labels of runs whose coordinates stand in columns of these names."""
+    (folder / "p").mkdir(exist_ok=True)
+    rng = np.random.default_rng(0)
+    np.savetxt(folder / "k.csv", rng.uniform(size=(3, 2)), delimiter=",")
+    for i in range(3):
+        track = rng.uniform(size=(GRID.n_record + 1, n))
+        name = folder / "p" / f"{i}.csv"
+        np.savetxt(name, track, header=header, comments="", delimiter=",")
+    return load_rollouts(folder, GRID, points=points).subject.labels.p
+
+
+@pytest.mark.parametrize("pair", PAIRS.split("|"))
+def test_columns_by_their_common_names_are_taken_in_their_order_alone(tmp_path, pair):
+    names = pair.split(",")
+    assert one_file(tmp_path, ",".join(names), 2) == tuple(names)
+    with pytest.raises(InputError, match="of each x, y, z, by these names"):
+        one_file(tmp_path, ",".join(names[::-1]), 2)
+
+
+def test_numbered_columns_are_those_of_their_point(tmp_path):
+    both = ("front", "rear")
+    for fits in ("x1,y1,x2,y2", "x,y,x_1,y_1", "rear_2_x,rear_2_y,front_1_x,front_1_y"):
+        points = both[::-1] if fits.startswith("rear") else both
+        one_file(tmp_path, fits, 4, points)
+    for mixed, points in (("x2,y2,x1,y1", both), ("x1,y2,x2,y1", both), ("x1,y2", None)):
+        with pytest.raises(InputError, match="in the order of points"):
+            one_file(tmp_path, mixed, 2 if points is None else 4, points)
+
+
 @pytest.mark.parametrize("head", ["y,x", ""])
 def test_files_of_runs_name_the_same_columns_in_the_same_order(batch, tmp_path, head):
     (tmp_path / "p").mkdir()

@@ -93,6 +93,14 @@ def test_a_proof_that_contradicts_the_plant_is_reported(rng):
         SoundnessError, match="1 of 1 plans failed although their run stayed inside"
     ):
         replay(system, scene, x, jax.random.key(0))
+    for given, said in (
+        ((system, x, scene), "replay: scene, after the system: expected Scene"),
+        ((scene, system, x), "replay: scene, after the system: expected Scene"),
+        ((system, scene, jax.random.PRNGKey(0)), "replay: plans, after the scene: expected shape"),
+        ((system, scene, jax.random.key(0)), "replay: plans, after the scene: expected numbers"),
+    ):
+        with pytest.raises(parc_jax.InputError, match=said):
+            replay(*given)
     missed = np.array([[0.0, 0.8, 0.0, 0.9]])  # clear of the wall, past the goal
     with pytest.raises(SoundnessError):
         replay(system, scene, missed, jax.random.key(0))

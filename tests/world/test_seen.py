@@ -152,7 +152,10 @@ def test_a_beam_that_says_nothing_shows_nothing():
         ({"ranges": np.full(7, np.nan)}, "got 7 that are not.*reads max_range"),
         ({"ranges": np.full(7, np.inf)}, "got 7 that are not"),
         ({"ranges": [3000.0, 2990, 600, 450, 610, 2990, 3000]}, "got 5, 450 to 3000. Are they mi"),
+        ({"ranges": [5.1, 9, 11, 12, 2, 2, 2]}, "got 4, 5.1 to 12. Are they millimetres"),
         ({"ranges": [1.0, 5, 5.2, 5, 1, 6, 1]}, "max_range, 5 m, for no return; got 2, 5.2 to 6"),
+        ({"ranges": [1.0, 5, 5.2, 5, 1, 60, 1]}, r"to 60. If in m: np.minimum\(ranges, max_range"),
+        ({"ranges": 5.1 + np.arange(7) / 100}, r"to 5.16. If in m: np.minimum\(ranges, max_range"),
         ({"ranges": np.ones(6)}, r"expected shape \(7,\); got \(6,\)"),
         ({"ranges": -np.ones(7)}, "ranges >= 0 m; got -1"),
         ({"angles": np.linspace(1, -1, 7)}, "increasing angles"),
@@ -186,3 +189,18 @@ def test_one_number_above_max_range_is_no_return():
     told = [np.array([1.0, 5, far, 5, far, far, 1]) for far in (5.0, 65.535)]
     one, other = (seen_from(**scan, ranges=ranges, width=0.1) for ranges in told)
     assert one.region.equals(other.region) and one.region.area > 0
+
+
+def test_noise_of_a_reading_that_met_nothing_frees_no_more_than_max_range():
+    """They were refused as millimetres, and with the 0 that was advised little of a scan was left.
+    Also beside a code, and beside a beam that ends.
+    """
+    draw, scan = np.random.default_rng(0), {"pose": (0, 0, 0), "angles": FAN, "width": WIDTH}
+    scan |= {"max_range": 10.0, "noise": 0.02}
+    clear = np.where((FAN > 0.2) & (FAN < 0.6), 3.0, 10.0)
+    noisy = clear + draw.uniform(-0.02, 0.02, len(FAN))
+    noisy[60:64] = 65.535
+    assert len(np.unique(noisy[noisy > 10])) > 20
+    one, other = (seen_from(**scan, ranges=x) for x in (noisy, np.minimum(noisy, 10.0)))
+    assert one.region.equals(other.region) and one.region.area > 10
+    assert max(np.linalg.norm(one.region.exterior.coords, axis=1)) <= 10.0 - 0.02 + 1e-9

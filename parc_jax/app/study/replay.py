@@ -9,7 +9,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.common.errors import InputError, SoundnessError
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError, SoundnessError, check_kind
 from parc_jax.common.keys import Stage
 from parc_jax.drive.local.localise import require_begins
 from parc_jax.learning.bound.counts import clopper_pearson
@@ -62,6 +63,8 @@ def replay(
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
     recorded runs of other k, on another time grid or of other points.
     """
+    check_kind("replay: scene, after the system", scene, Scene)
+    as_float64("replay: plans, after the scene", plans, (None, scene.model.n_p + scene.model.n_k))
     runs, inside = _executed(system, scene, plans, key, quiet)
     whole, off = unpruned_scene(scene), off_from_start(scene.model.claim)
     path, reached, distance = outcomes(whole, runs, plans[:, : scene.model.n_p])

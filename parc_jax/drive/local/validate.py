@@ -93,7 +93,8 @@ def validated(
     if lawless:
         raise InputError(
             "validate: expected a problem without uncertainty and a model without given "
-            "parameters, whose law nobody stated; got one. Solve it without validate=."
+            "parameters, whose law nobody stated; got one. Solve it without validate=, "
+            "--validate, --runs and --risk."
         )
     source = asked.source
     if asked.looks.taken:  # by which what is tested now may have been chosen

@@ -100,8 +100,8 @@ def drive_episodes(
 
     drive: (world, seed) -> Outcome, with all decisions made before: planner, model and tube,
         sensors, end of an episode. One that fails, by an exception or its process, is bad. The
-        first, and of each hundred one more, are driven again at the end, and before others that go
-        on: refused where what counts differs; the first also by another seed, which is told.
+        first is driven again at once; at the end, and before others that go on, it and one more of
+        each hundred: refused where what counts differs; the first also by another seed, as is told.
     law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
         array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
@@ -149,14 +149,15 @@ def drive_episodes(
     with Ledger(folder, meta) as ledger:
         done = ledger.done
         tasks = [task_of(words, i) for i in range(n) if i not in done]
-        more, again = {}, [task_of(words, i)._replace(number=~i) for i in range(1 + n // EACH)]
+        more, again = [], [task_of(words, i)._replace(number=~i) for i in range(1 + n // EACH)]
         stored = [one for one in again if tasks and ~one.number in done]
         other = task_of(words, len(again)).of_drive  # of the first world another drive
         again.append(again[0]._replace(number=~n, of_drive=other))
         with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
-            for one in driven(drive, law, [*stored, *tasks, *again], workers):
+            asked = [*stored, *tasks[:1], *again[: 0 not in done], *tasks[1:], *again]
+            for one in driven(drive, law, asked, workers):
                 if one.number < 0:
-                    more[~one.number] = one
+                    more.append(one)
                     told_again(done, more, n)  # at once, before others are driven in vain
                     continue
                 ledger.add(one)
@@ -170,23 +171,25 @@ def drive_episodes(
         return Episodes(tuple(done[i] for i in range(n)), look, *named)
 
 
-def told_again(done: dict[int, Driven], more: dict[int, Driven], n: int) -> str:
-    """How episodes came out that were driven again, by number; at n the first, by another seed of
-    its drive. Raises InputError where what counts of one differs, which its seeds do not decide.
+def told_again(done: dict[int, Driven], more: Sequence[Driven], n: int) -> str:
+    """How episodes came out that were driven again, each as ~ its number; as ~n the first, by
+    another seed. Raises InputError where what counts of one differs, which its seeds do not decide.
     """
     clock: set[str] = set()
-    for i in sorted(more.keys() & done.keys() - {n}):
-        clock |= (differs := done[i].differs(more[i]))
+    others = {~one.number: one for one in more}
+    for i, one in ((~one.number, one) for one in more if ~one.number in done.keys() - {n}):
+        clock |= (differs := done[i].differs(one))
         if differs & {"touched", "left"}:
             raise InputError(
                 f"episodes: expected that world and seed decide an episode; number {i}, driven "
                 "again, came out otherwise. Its driver goes on learning, or a file that it reads "
-                "has changed: freeze both, begin each episode anew, and drive all of them again."
+                "has changed, or it draws what does not come from its seed, as by a reset without "
+                "one, or reads a clock: cure that, begin each episode anew, and drive all again."
             )
-    same = n in more and not done[0].differs(more[n]) - clock
+    same = n in others and not done[0].differs(others[n]) - clock
     other = "the same: of its drive no randomness was seen" if same else "otherwise"
     but = f" but for {', '.join(sorted(clock))}" if clock else ""
-    return f"{len(more) - 1:,} driven again, the same{but}; the first, by another seed, {other}"
+    return f"{len(others) - 1:,} driven again, the same{but}; the first, by another seed, {other}"
 
 
 def require_of_seeds(law: Callable, seed: np.ndarray) -> None:

@@ -63,6 +63,8 @@ def assumes(p: Premises) -> str:
 def in_short(c: "ErrorClaim") -> str:
     """The claim about a tube in a few words, for pictures."""
     p = c.premises
+    if c.kind == VALIDATED:
+        return "of a validated set: runs may leave it"
     if "eps" not in p or "not drawn" in p:
         return f"{'of runs that nobody drew' if 'eps' in p else c.kind}, not shown"
     without, of = map(int, p["open bins"].split(" of "))

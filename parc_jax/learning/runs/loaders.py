@@ -1,5 +1,6 @@
 """Rollouts from files: .npz of `collect` or of others, and folders of CSV logs."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, name_of, require_unit, unit_of, words_in
+from parc_jax.learning.labels import Labels, axes_in, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
@@ -18,8 +19,6 @@ from parc_jax.learning.runs.tables import folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
-# of a map's frame; a column of another place would be mirrored
-AXES = {x: x for x in "xyz"} | {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 
 
 def load_rollouts(
@@ -154,13 +153,15 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
     """
     words = {x: f" {' '.join(words_in(x))} " for x in (*columns, *points)}
     n_p = len(columns) // len(points)
+    numbers = [[int(n) for n in re.findall(r"\d+", name_of(x)) if axes_in(x)] for x in columns]
     for i, column in enumerate(columns):
         require_unit(column, "m")
         own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
         said = [name for name in points if words[name] in words[column]]
-        axes = {AXES[x] for x in words[column].split() if x in AXES and x not in points}
+        axes = axes_in(column, points)
         of_axis = axes == {axis} or (n_p == 1 and axes) or (not axes and unit_of(column) == "m")
-        if not of_axis or (said and own != max(said, key=len)):
+        in_order = numbers[i] == numbers[i - i % n_p] >= numbers[max(i - n_p, 0)]  # x1, y1, x2
+        if not of_axis or (own != max(said, key=len) if said else not in_order):
             raise InputError(
                 f"{path}: expected columns point by point in the order of points, "
                 f"{', '.join(points)}, of each x, y, z, by these names or as 'ahead [m]'; got "

@@ -11,6 +11,7 @@ from parc_jax.problem.world.free_space import Beams, FreeSpace, shrunk
 from parc_jax.problem.world.outlines import package, require_near, require_turn
 
 CALL = "seen_from"
+FAR = 2  # times max_range: a reading beyond it is no noise
 SAME = 1e-6  # [rad] beams closer than this at the seam of a full turn are one
 
 
@@ -31,8 +32,8 @@ def seen_from(
 
     pose: (x, y, heading) [m, rad] of the sensor, in a fixed frame; of ten turns at most.
     angles: (n,) [rad] of the beams against its heading, increasing, over a full turn at most.
-    ranges: (n,) [m] finite; max_range, or one number above it: no return, free up to there; 0:
-        failed or blocked.
+    ranges: (n,) [m] finite; max_range, up to noise more, or one number beyond: no return, free up
+        to max_range; 0: failed or blocked.
     noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
     uncertainty: ([m], [rad]) bounds of the error of the pose; the region shrinks by as much.
     tolerance: [m] by which the region may shrink to save corners.
@@ -79,11 +80,13 @@ def seen_from(
     for name, value in {"max_range": max_range, "width": width}.items():
         if not value > 0:
             raise InputError(f"{CALL}: expected {name} > 0 m; got {value:g}.")
-    if len(far := np.unique(ranges[ranges > max_range])) > 1:
+    if len(far := np.unique(ranges[ranges > max_range + noise])) > 1:
+        # what is cut to max_range says free: never of numbers that may be of another unit
+        few = (ranges[ranges > 0] >= far[0]).mean() < 0.5 or far[-1] < FAR * max_range
         raise InputError(
             f"{CALL} ranges: expected at most one number above max_range, {max_range:g} m, for no "
-            f"return; got {len(far)}, {far[0]:g} to {far[-1]:g}. Are they millimetres? What is "
-            "measured beyond it is unknown: 0."
+            f"return; got {len(far)}, {far[0]:g} to {far[-1]:g}. "
+            + ("If in m: np.minimum(ranges, max_range)." if few else "Are they millimetres?")
         )
     sure = np.maximum(np.minimum(ranges, max_range) - noise, 0.0)
     ends = np.where((0 < ranges) & (ranges < max_range), ranges, np.inf)
