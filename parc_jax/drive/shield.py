@@ -3,6 +3,7 @@ driven, whose stop is in hand. [T37, T38]
 """
 
 import contextlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from itertools import product
@@ -29,7 +30,7 @@ from parc_jax.safe_set.verdict.outline import require_same
 
 gymnasium = package("gymnasium", "Shield", "rl")
 
-PATIENT = Effort(candidates=AT_ONCE, judged=AT_ONCE, looks=16 * AT_ONCE, deadline=10.0)
+PATIENT = Effort(candidates=AT_ONCE, judged=AT_ONCE, looks=16 * AT_ONCE, deadline=math.inf)
 ROUNDED_BY = 1e-6  # [of an action] what clip and dtype may change of it; more is not driven
 
 Metric = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -74,7 +75,7 @@ class Shield(gymnasium.Wrapper):
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
         stops too close finds nothing safe to begin. None is asked at the first step.
     assumed: what else its certificates rest on, as of `save_episode`. uncertainty, of sensed poses,
-        and effort: as of `Loop`; the deadline is 10 s by default, since a simulation waits.
+        and effort: as of `Loop`; no deadline by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
