@@ -1,7 +1,9 @@
 """A shield: whatever the policy proposes, only certified manoeuvres are driven."""
 
+import itertools
 import re
 from fractions import Fraction
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -13,6 +15,7 @@ from parc_jax import checker
 from parc_jax.app.cli.check import brief
 from parc_jax.checker.answer import allowance_of
 from parc_jax.common.errors import SoundnessError
+from parc_jax.drive.loop import loop
 from parc_jax.learning.systems.content import whole_digest
 
 need("gymnasium")
@@ -51,6 +54,14 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     law = {"law": lambda seed: 0, "key": jax.random.key(0), "n": 1, "workers": 0, "quiet": True}
     done = pj.drive.drive_episodes(drive, **law)
     assert "Of each episode is assumed: creep: at most 1 cm" in done.details()
+
+
+def test_a_slow_machine_decides_as_a_quick_one(model, monkeypatch):
+    """Its first step compiled for longer than ten seconds: no stop was certified."""
+    clock = itertools.count(0.0, 1000.0)
+    monkeypatch.setattr(loop, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    env = shielded(model=model, effort=None)
+    assert env.reset(seed=0)[1]["shield"]["clearance"] > 0
 
 
 def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
