@@ -124,6 +124,7 @@ def test_the_sentence_is_false_as_rarely_as_it_says(sets, fewer_ends):
     assert wrong_ones(sets, tested) <= MOST
 
 
+@pytest.mark.night
 def test_windows_of_one_recording_counted_several_times_are_noticed(sets, fewer_ends):
     risk = [risk_of(one, np.random.default_rng(3), slips=0.06) for one in sets.all]
     some = SimpleNamespace(asked=sets.asked, all=sets.all, risk=risk)

@@ -83,6 +83,7 @@ def test_no_plan_under_copies_says_what_it_means():
         assert f"Safe means here: safe for {known.words}." in answer.details()
 
 
+@pytest.mark.night
 def test_no_plan_in_space_under_obstacles_that_grow_says_what_it_means():
     """An obstacle and its error set are roofs across each other: what has the rows of both is
     larger than their sum, whose top is flat, and touches plans that withstand every error."""

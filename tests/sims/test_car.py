@@ -20,6 +20,7 @@ def towards(seen: np.ndarray) -> np.ndarray:
     return np.array([1.0, 1.0]) if sector in (-1, 0) else np.sign(sector + 0.5) * np.array([1, -1])
 
 
+@pytest.mark.night
 def test_its_manoeuvres_begin_with_the_speed_given():
     robot, draw = car.system(1), np.random.default_rng(0)
     k = draw.uniform(robot.domain.lo, robot.domain.hi, (256, 5))
@@ -61,6 +62,7 @@ def test_an_outline_of_the_robot_is_within_its_circle():
         assert np.linalg.norm(corners[:, :2], axis=1).max() <= sensing.OUTLINE
 
 
+@pytest.mark.night
 def test_behind_the_shield_nothing_is_touched():
     """A policy that wants nothing but the goal, in a world in which it touches without."""
     bare, touched = car.CarGoal(1), 0.0
@@ -80,6 +82,7 @@ def test_behind_the_shield_nothing_is_touched():
     assert not pj.drive.left_tube(shielded.commitments, path[:, :2], path[:, 2])
 
 
+@pytest.mark.night
 def test_the_driver_meets_goals_round_hazards():
     true, drive, met = world.World(world.LEVELS[1], 0, world.CAR), CarGuide([5]), 0
     for _ in range(250):

@@ -101,6 +101,7 @@ def test_obstacles_hold_what_costs():
         assert (x * np.roll(y, -1) - y * np.roll(x, -1) >= -1e-12).all()
 
 
+@pytest.mark.night
 def test_behind_the_shield_nothing_costs():
     """A policy that wants nothing but the goal, in a world in which it costs without; a driver that
     knows the map meets goals.

@@ -315,6 +315,7 @@ def test_fresh_worlds_are_of_their_kind():
     assert not np.array_equal(drawn[0].movers(0.0), worlds.Law()(1).movers(0.0))
 
 
+@pytest.mark.night
 def test_tubes_of_movers_are_the_same_on_another_processor():
     """Training rounds elsewhere there, and made every drive another one."""
     import os

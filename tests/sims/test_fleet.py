@@ -50,6 +50,7 @@ def test_a_jackal_stays_in_what_is_reserved_for_it():
                 assert inside.all()
 
 
+@pytest.mark.night
 def test_two_that_face_each_other_swap_places_and_never_touch(tmp_path):
     yard = fleet.drive(0, robots=2)
     assert np.isfinite(yard.arrived).all() and yard.nearest > 0 and yard.left == 0

@@ -38,6 +38,7 @@ def test_the_model_that_comes_along_is_of_the_system_as_it_is(module):
     assert Path(module.__file__).with_name("model.npz").stat().st_size < 1_000_000
 
 
+@pytest.mark.night
 def test_worlds_in_step_are_driven_as_each_of_them_alone(monkeypatch):
     in_step_as_alone(
         monkeypatch, "Crax", 3, 50, without=120

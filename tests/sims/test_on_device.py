@@ -36,6 +36,7 @@ def state_of(worlds) -> functional.Worlds:
     return functional.Worlds(poses, velocity, hazards, vases, goals)
 
 
+@pytest.mark.night
 def test_a_step_is_the_original_s():
     """Towards goals, through hazards: from the same states, each of 250 steps agrees."""
     worlds, step = [World(LEVELS[1], seed) for seed in range(8)], jax.jit(functional.Goal().step)

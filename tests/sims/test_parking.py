@@ -423,6 +423,7 @@ def test_a_turned_car_is_farther_away_than_one_that_goes_straight_on():
     assert 13.0 < straight < 17.0 and about > straight + 5.0
 
 
+@pytest.mark.night
 def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave(tmp_path, monkeypatch):
     """The file of each, for both checkers, states as its doubt what the one before leaves."""
     case, chain = cases.case(8), ahead.ahead(8)
@@ -450,6 +451,7 @@ def test_a_chain_is_proved_for_all_places_that_the_one_before_may_leave(tmp_path
             assert (np.abs(path[-1] - chain.poses[i + 1]) <= ended).all()
 
 
+@pytest.mark.night
 def test_a_search_that_finds_nothing_begins_anew_with_cells_that_are_turned(monkeypatch):
     case, followed = cases.case(5), set()
     for angle in (0.0, 0.5, 1.0):
@@ -531,6 +533,7 @@ def shortly(patched) -> None:
     patched.setattr(polish, "ROUNDS", 10)
 
 
+@pytest.mark.night
 def test_nothing_compiles_between_cases(parked, monkeypatch):
     shortly(monkeypatch)
     loop, key = prove.loop_of(), jax.random.PRNGKey(8)
@@ -567,6 +570,7 @@ def test_a_car_rolls_from_one_manoeuvre_into_the_next(parked):
     assert "is left while the car rolls" in file.read_text()
 
 
+@pytest.mark.night
 def test_a_car_that_rolls_and_finds_nothing_more_comes_to_its_stop_and_goes_on(monkeypatch):
     asked, refused, found = drive.link, [], []
 
@@ -586,6 +590,7 @@ def test_a_car_that_rolls_and_finds_nothing_more_comes_to_its_stop_and_goes_on(m
     assert len(at) and any((now.pose == stopped).all() and not now.speed for now in found)
 
 
+@pytest.mark.night
 def test_a_car_whose_motor_pushes_as_no_run_begins_goes_on_to_its_stop(monkeypatch):
     loop = prove.loop_of()
     drive.black_box()(jax.random.PRNGKey(0), np.zeros(5))  # compiled with the law as it is
