@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
-from episodes import driven
+from episodes import PATIENT, driven
 from toy_episodes import Toy, law, no_outcome
 from toy_models import line_model
 
@@ -79,8 +79,7 @@ class Looped(Toy):
 @cache
 def loop_of(width):
     model = line_model(4, width, rests=True)
-    patient = pj.drive.Effort(candidates=64, deadline=300.0)
-    return pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=patient)
+    return pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=PATIENT)
 
 
 def test_what_is_touched_inside_the_tubes_of_a_loop_is_said_to_contradict():
@@ -192,7 +191,9 @@ def test_a_heading_that_no_pose_tells_is_said_to_be_that_of_the_runs(tmp_path):
 def test_a_start_of_which_nothing_is_measured_is_said_to_be_that_of_the_runs(tmp_path):
     """Runs that begin at rest say nothing of a manoeuvre that begins while the robot moves."""
     for given in ((1,), ()):
-        loop = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=given)
+        loop = pj.drive.Loop(
+            line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=given, effort=PATIENT
+        )
         one = loop.step([0.0, 0.0], [0.0] * len(given), [], lambda seen: seen.k[:, 0]).committed
         path = pj.drive.save_episode(tmp_path / "drive.json", [one], assumed={"start": "level"})
         file = json.loads(path.read_text())
@@ -274,8 +275,7 @@ def test_an_episode_that_leaves_out_what_it_drove_has_failed():
 
 def test_an_episode_that_begins_with_what_was_under_way_is_told_from_there_on():
     model, place, done = line_model(4, 0.01, rests=True), 0.0, []
-    patient = pj.drive.Effort(candidates=64, deadline=300.0)
-    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=patient)
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=PATIENT)
     for i in range(5):
         if i == 3:
             loop.restart(done[-1])
@@ -506,7 +506,9 @@ def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
 
 def test_a_loop_that_has_driven_since_is_the_same_driver(tmp_path):
     """At the second of two looks, in the process of the first one."""
-    loop = pj.drive.Loop(line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,))
+    loop = pj.drive.Loop(
+        line_model(4, 0.01, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+    )
 
     def drive(world, seed):
         loop.restart()

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from episodes import PATIENT
 from toy_bodies import points_model
 from toy_models import line_model, told
 
@@ -22,7 +23,6 @@ from parc_jax.problem.body import hull
 from parc_jax.problem.robust.pose import Pose
 
 WIDE = 0.01  # [m] of the tube
-PATIENT = pj.drive.Effort(candidates=64, deadline=300.0)
 WAY = (0.0, 0.25, 0.5, 1.0, 1.0)  # of it at each record
 HALF = 2  # records, of four, after which a manoeuvre is left
 
@@ -189,7 +189,9 @@ def test_how_far_a_pose_is_beyond_is_told_without_what_drift_allows():
 
 def test_a_long_drive_is_compared_at_its_records_as_well():
     """Half a record beside one, a million records after the beginning."""
-    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    loop = pj.drive.Loop(
+        line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+    )
     far, still = 1_200_000, lambda seen: np.abs(seen.k[:, 0])
     done = [loop.step(np.zeros(2), [0.0], [], still, at).committed for at in (0.0, 0.25 * far)]
     path = np.zeros((far + 9, 2))
@@ -203,7 +205,9 @@ def test_a_long_drive_is_compared_at_its_records_as_well():
 
 def test_what_was_driven_before_the_first_manoeuvre_is_not_called_inside():
     """As after a restart, of which the commitments before are not told."""
-    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    loop = pj.drive.Loop(
+        line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+    )
     one = loop.step(np.zeros(2), [0.0], [], lambda seen: np.abs(seen.k[:, 0]), at=1.0).committed
     path = np.zeros((9, 2))
     path[4:] += np.outer(WAY, one.k)
@@ -242,7 +246,9 @@ def test_at_a_knot_a_pose_is_within_the_intervals_before_and_after_it(begin):
 @pytest.mark.parametrize("narrow", [0.0, 1e-15, 5e-10])
 def test_a_robot_where_a_tube_without_width_has_it_is_inside(narrow):
     """As one on a rail, or of an axis along which nothing moves; the checker accepts it."""
-    loop = pj.drive.Loop(line_model(4, narrow, rests=True), 0.05, leave=0.5, given=(1,))
+    loop = pj.drive.Loop(
+        line_model(4, narrow, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+    )
     goes = [0.0], [], lambda seen: -seen.path[:, -1, 0]
     first = loop.step([0.0, 0.0], *goes, 0.0).committed
     step = loop.step([first.k[0] / 2, 0.0], *goes, 0.5)
@@ -254,7 +260,9 @@ def test_a_robot_where_a_tube_without_width_has_it_is_inside(narrow):
 @pytest.mark.soundness
 def test_what_begins_at_the_border_of_a_tube_is_accepted_by_the_checker():
     """A pose half a nanometre beyond it was inside to the loop, and its file was rejected."""
-    loop = pj.drive.Loop(line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,))
+    loop = pj.drive.Loop(
+        line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+    )
     for beyond, new in ((-2e-9, True), (5e-10, False)):
         loop.restart()
         goes = [0.1], [], lambda seen: -seen.path[:, -1, 0]
