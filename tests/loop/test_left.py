@@ -189,8 +189,9 @@ def test_how_far_a_pose_is_beyond_is_told_without_what_drift_allows():
 
 def test_a_long_drive_is_compared_at_its_records_as_well():
     """Half a record beside one, a million records after the beginning."""
+    patient = pj.drive.Effort(deadline=300.0)  # of all candidates: one stays where it is
     loop = pj.drive.Loop(
-        line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,), effort=PATIENT
+        line_model(4, WIDE, rests=True), 0.05, leave=0.5, given=(1,), effort=patient
     )
     far, still = 1_200_000, lambda seen: np.abs(seen.k[:, 0])
     done = [loop.step(np.zeros(2), [0.0], [], still, at).committed for at in (0.0, 0.25 * far)]
