@@ -80,9 +80,10 @@ def premises(entries: Iterable[tuple[str, str, Any]]) -> Premises:
 
 def assumptions(call: str, given: Mapping[str, Any] | None) -> list[Premise]:
     """What a caller assumes, by name, each some text on one line. Raises InputError."""
-    check_kind(f"{call}: assumed", given or {}, Mapping)
+    check_kind(f"{call}: assumed", {} if given is None else given, Mapping)
     for name, value in (given := dict(given or {})).items():
-        if not all(is_text(x) and x.strip() for x in (name, text_of(value))):
+        said = all(is_text(x) and x.strip() for x in (name, text_of(value)))
+        if not (said and _keepable(value)):
             raise InputError(
                 f"{call}: expected assumed as some text by name; got {shown({name: value})}."
             )

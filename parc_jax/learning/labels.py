@@ -16,7 +16,7 @@ NO_PLACE = {*HEADINGS, *"t time stamp timestamp sec index angle pitch roll latit
 NO_PLACE |= {*"longitude lat lon speed velocity vx vy vz qw qx qy qz quaternion".split()}
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
-LONE = {"e": "x", "n": "y"}  # where nothing else names an axis
+LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
 _AROUND = "pos|position|coord|coordinate"
 _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
 PARTS = ("p", "q", "k")
@@ -104,12 +104,24 @@ def words_in(label: str) -> list[str]:
     return re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name_of(label)).lower())
 
 
-def axes_in(label: str, but: Sequence[str] = ()) -> set[str]:
-    """Axes that words of its name tell, as `x0`, `px` and `Easting` tell x. but: left out."""
-    words = [word for word in words_in(label) if word not in but]
+def axes_in(label: str) -> set[str]:
+    """Axes that words of its name tell, as `x0`, `px` and `Easting` tell x; and `dx` in a unit,
+    else a change or a speed.
+    """
+    words = [word for word in words_in(label) if word[0] != "d" or unit_of(label)]
     named = {found[1] for word in words if (found := _GLUED.fullmatch(word))}
-    named |= {AXES[x] for x in words if x in AXES}
-    return named or {LONE[x] for x in words if x in LONE}
+    return named | {AXES[x] for x in words if x in AXES}
+
+
+def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]:
+    """Axes that each column tells, its point's name aside. `x1`, `x2` of a state tell none."""
+    own = {word for name in points for word in words_in(name)} & {*"xyzen"}
+    axes = [axes_in(column) - own for column in columns]
+    if not any(axes):
+        lone = [{LONE[x] for x in words_in(c) if x in LONE and x not in own} for c in columns]
+        return lone if all(lone) else axes
+    alike = len(columns) > 1 and all(one == axes[0] for one in axes)
+    return [set()] * len(axes) if alike and all(map(unit_of, columns)) else axes
 
 
 def require_unit(label: str, unit: str) -> None:

@@ -237,11 +237,14 @@ def test_what_a_caller_assumes_has_a_name_and_says_something():
     told = {"floor": "dry", "friction": ["0.8", 1]}
     assert [*premises(assumptions("it", told))] == [(x, ASSUMED, y) for x, y in told.items()]
     assert assumptions("it", None) == []
-    for wrong in ({"": "x"}, {"a": "x", "b": " "}, {"a": []}, {1: "x"}, {"a": "b\n(C)"}):
+    wrongs = ({"": "x"}, {"a": "x", "b": " "}, {"a": []}, {1: "x"}, {"a": "b\n(C)"})
+    for wrong in (*wrongs, {"a": None}, {"a": 3.0}, {"a": {"b": 1}}, {"a": object()}):
         with pytest.raises(InputError, match=r"it: expected assumed as some text by name; got \{"):
             assumptions("it", wrong)
     with pytest.raises(InputError, match="it: assumed: expected Mapping; got 'dry'"):
         assumptions("it", "dry")
+    with pytest.raises(InputError, match="it: assumed: expected Mapping; got "):
+        assumptions("it", [])
 
 
 def test_a_record_keeps_what_a_file_can_keep():

@@ -107,6 +107,16 @@ def test_runs_that_no_key_changes_are_told_of(simulate):
     assert (told in after.details()) == (simulate is gust_of_one_seed)
 
 
+def test_runs_that_fail_under_every_key_hide_no_other():
+    def simulate(rng, k):
+        p, q = gust_of_one_seed(rng, k)
+        return (p + np.nan if k[1] > 0.0 else p), q
+
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+    cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
+    assert try_starts(cart, KEY, 0.0).alike
+
+
 def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():
     """Each deviation is as large as declared, and both go one way: the tube holds their sum."""
     batch = replace(collect(plant(noisy), KEY, 60, Stage.BOUND, quiet=True), rotation=(TURNS,))

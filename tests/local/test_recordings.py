@@ -1,7 +1,6 @@
 """Sets that recorded runs validate: what held-out recordings show, and what they may not be."""
 
 import dataclasses
-from collections import defaultdict
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -208,7 +207,7 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
 @pytest.fixture
 def nothing_tested(monkeypatch):
     """As in a process of its own: no recordings tested anything yet."""
-    monkeypatch.setattr(validate, "_TESTED", defaultdict(dict))
+    monkeypatch.setattr(validate, "_TESTS", [])
 
 
 def test_scenes_that_recordings_tested_before_are_told(model, nothing_tested):
@@ -226,6 +225,14 @@ def test_scenes_that_recordings_tested_before_are_told(model, nothing_tested):
     assert "after 3 looks of another delta, 0.05" in said(0.61, validate=Validate(model.held))
     told = said(0.61, jax.random.PRNGKey(9), validate=Validate(model.held))
     assert "after 4 looks of another delta, 0.05" in told
+    # otherwise tested, by some of them
+    some = model.held.select(slice(0, model.held.n - 1))
+    told = said(0.62, validate=Validate(some, risk=0.2, delta=0.1))
+    assert "after 5 looks of another delta, 0.05" in told
+    # and sets of another model: else one trains until a set passes
+    again = derived(model.claim, evidence={"updated_from": "another"})
+    planner = pj.Planner(model.replace(claim=again))
+    assert "after 5 looks of another delta, 0.05; after 1 look of another delta, 0.1" in said(0.62)
 
 
 def test_recordings_are_not_used_where_they_show_no_more(model):

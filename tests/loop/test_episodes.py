@@ -25,7 +25,8 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, key_data, stream
-from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of
+from parc_jax.drive.loop import workers as workers_of
+from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of, told_again
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs import chunks
@@ -389,6 +390,15 @@ class Adapting:
         self.seen.append(world)
         far = float(abs(np.mean(self.seen) - world))
         return pj.drive.Outcome(far > self.worst, None, {"far": far} if self.tells else {})
+
+
+def test_the_first_episode_may_end_after_those_that_are_driven_again():
+    """Of two workers one is quicker: a KeyError, or all others were driven in vain."""
+    again = workers_of.Driven(~0, True, None, "", {}, [])
+    by_another_seed = again._replace(number=~3)
+    assert told_again({}, [by_another_seed], 3)
+    with pytest.raises(InputError, match=r"number 0, driven again, came out oth"):
+        told_again({0: again._replace(number=0, touched=False)}, [again, by_another_seed], 3)
 
 
 @pytest.mark.parametrize("workers", [0, 2])

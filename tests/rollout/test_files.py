@@ -203,9 +203,9 @@ def test_a_column_of_places_is_that_axis_in_metres(batch, tmp_path, header, said
 
 # pairs of columns as robots' logs have them: the other way round they are a mirror
 PAIRS = (
-    "px,py|xpos,ypos|posx,posy|p_x,p_y|x0,y0|x1,y1|x_0,y_0|dx,dy|tx,ty|x_t,y_t|E,N|pos_e,pos_n|"
-    "px [m],py [m]|xpos [m],ypos [m]|tx [m],ty [m]|E [m],N [m]|xPos [m],yPos [m]|x_m,y_m|"
-    "robot_x,robot_y|x_east,y_north|pose.position.x,pose.position.y|xcoord,ycoord"
+    "px,py|xpos,ypos|posx,posy|p_x,p_y|x0,y0|x1,y1|x_0,y_0|tx,ty|x_t,y_t|E,N|pos_e,pos_n|"
+    "px [m],py [m]|dx [m],dy [m]|xpos [m],ypos [m]|tx [m],ty [m]|E [m],N [m]|xPos [m],yPos [m]|"
+    "x_m,y_m|robot_x,robot_y|x_east,y_north|pose.position.x,pose.position.y|xcoord,ycoord"
 )
 
 
@@ -227,6 +227,16 @@ def test_columns_by_their_common_names_are_taken_in_their_order_alone(tmp_path, 
     assert one_file(tmp_path, ",".join(names), 2) == tuple(names)
     with pytest.raises(InputError, match="of each x, y, z, by these names"):
         one_file(tmp_path, ",".join(names[::-1]), 2)
+
+
+def test_columns_of_other_places_are_taken_by_their_unit_alone(tmp_path):
+    """A state vector; beside a path; of a point named E. Increments or speeds are no places."""
+    for fits in ("x1 [m],x2 [m]", "z1 [m],z2 [m]", "s [m],e [m]"):
+        assert one_file(tmp_path, fits, 2) == tuple(fits.split(","))
+    one_file(tmp_path, "E ahead [m],E left [m],N ahead [m],N left [m]", 4, ("E", "N"))
+    for wrong in ("dx,dy", "s,e", "x1,x2"):
+        with pytest.raises(InputError, match="by these names or as 'ahead"):
+            one_file(tmp_path, wrong, 2)
 
 
 def test_numbered_columns_are_those_of_their_point(tmp_path):

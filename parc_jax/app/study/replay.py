@@ -64,7 +64,8 @@ def replay(
     recorded runs of other k, on another time grid or of other points.
     """
     check_kind("replay: scene, after the system", scene, Scene)
-    as_float64("replay: plans, after the scene", plans, (None, scene.model.n_p + scene.model.n_k))
+    n = scene.model.n_p + scene.model.n_k
+    plans = as_float64("replay: plans, after the scene", plans, (None, n))
     runs, inside = _executed(system, scene, plans, key, quiet)
     whole, off = unpruned_scene(scene), off_from_start(scene.model.claim)
     path, reached, distance = outcomes(whole, runs, plans[:, : scene.model.n_p])

@@ -3,10 +3,10 @@ which tests in this one scene accept as many as show the risk that was asked for
 """
 
 import time
-from collections import defaultdict
 from dataclasses import replace
 from fractions import Fraction
 from itertools import takewhile
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -113,8 +113,10 @@ def validated(
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
     if isinstance(source, RolloutBatch):
-        where = str(answer.scene.at), str(settings), list(seed_of(key))
-        about = hash_of([problem_part(answer.scene.problem, query.model), *where])
+        how = str(settings), str((asked.risk, look.delta, asked.scales, asked.way))
+        where = str(answer.scene.at), query.model.claim.hash, identity_of(asked.source)
+        part = problem_part(answer.scene.problem, query.model)
+        about = hash_of([part, *where, *how, list(seed_of(key))])
         look = look._replace(others=look.others + _tested_before(asked, about, look.delta))
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)
@@ -151,16 +153,26 @@ def validated(
     return replace(answer, validation=Validation(None if refused else found, steps, asked, refused))
 
 
-# what recordings tested in this process, by their content: in whose account, with which delta
-_TESTED: dict[str, dict[str, tuple[Looks, Fraction]]] = defaultdict(dict)
+class _Test(NamedTuple):
+    """What was tested by which recorded runs, in whose account, with which delta."""
+
+    about: str
+    runs: frozenset[str]
+    looks: Looks
+    delta: Fraction
+
+
+_TESTS: list[_Test] = []  # of this process
 
 
 def _tested_before(asked: Validate, about: str, delta: Fraction) -> tuple[Fraction, ...]:
-    """Deltas of the tests that these recordings made before this one, in other accounts."""
-    tests = _TESTED[identity_of(asked.source)]
-    tests.setdefault(about, (asked.looks, delta))
-    before = (tests[one] for one in takewhile(lambda one: one != about, tests))
-    return tuple(other for looks, other in before if looks is not asked.looks)
+    """Deltas of the tests that some of these runs made before this one, in other accounts."""
+    runs = frozenset(asked.source.hashes().tolist())
+    tests = [one for one in _TESTS if one.runs & runs]
+    if all(one.about != about for one in tests):
+        _TESTS.append(_Test(about, runs, asked.looks, delta))
+    before = takewhile(lambda one: one.about != about, tests)
+    return tuple(one.delta for one in before if one.looks is not asked.looks)
 
 
 def _by_kept(answer: Answer) -> Validate | None:

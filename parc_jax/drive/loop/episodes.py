@@ -161,6 +161,8 @@ def drive_episodes(
                     told_again(done, more, n)  # at once, before others are driven in vain
                     continue
                 ledger.add(one)
+                if one.number == 0:  # of two workers the other may have driven it again by now
+                    told_again(done, more, n)
                 bar.update()
                 if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
                     raise InputError(
@@ -186,7 +188,7 @@ def told_again(done: dict[int, Driven], more: Sequence[Driven], n: int) -> str:
                 "has changed, or it draws what does not come from its seed, as by a reset without "
                 "one, or reads a clock: cure that, begin each episode anew, and drive all again."
             )
-    same = n in others and not done[0].differs(others[n]) - clock
+    same = 0 in done and n in others and not done[0].differs(others[n]) - clock
     other = "the same: of its drive no randomness was seen" if same else "otherwise"
     but = f" but for {', '.join(sorted(clock))}" if clock else ""
     return f"{len(others) - 1:,} driven again, the same{but}; the first, by another seed, {other}"

@@ -218,9 +218,11 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 
 def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
-    """Are runs of each of k (n, n_k) under two keys the same to the last bit?"""
+    """Are runs of each of k (n, n_k) under two keys the same to the last bit, or both failed?"""
     two = collect(system, key, 2 * len(k), Stage.SEARCH, k=np.repeat(k, 2, axis=0), quiet=True)
-    return not two.failed.any() and all((x[::2] == x[1::2]).all() for x in (two.p, two.q))
+    lost = two.failed
+    pairs = ((x[::2][~lost[::2]], x[1::2][~lost[::2]]) for x in (two.p, two.q))
+    return (lost[::2] == lost[1::2]).all() and all((one == other).all() for one, other in pairs)
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:

@@ -10,7 +10,7 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.labels import Labels, axes_in, name_of, require_unit, unit_of, words_in
+from parc_jax.learning.labels import Labels, axes_in_all, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
@@ -153,12 +153,13 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
     """
     words = {x: f" {' '.join(words_in(x))} " for x in (*columns, *points)}
     n_p = len(columns) // len(points)
-    numbers = [[int(n) for n in re.findall(r"\d+", name_of(x)) if axes_in(x)] for x in columns]
-    for i, column in enumerate(columns):
+    told = axes_in_all(columns, points)
+    named = zip(columns, told, strict=True)
+    numbers = [[int(n) for n in re.findall(r"\d+", name_of(x)) if axes] for x, axes in named]
+    for i, (column, axes) in enumerate(zip(columns, told, strict=True)):
         require_unit(column, "m")
         own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
         said = [name for name in points if words[name] in words[column]]
-        axes = axes_in(column, points)
         of_axis = axes == {axis} or (n_p == 1 and axes) or (not axes and unit_of(column) == "m")
         in_order = numbers[i] == numbers[i - i % n_p] >= numbers[max(i - n_p, 0)]  # x1, y1, x2
         if not of_axis or (own != max(said, key=len) if said else not in_order):
