@@ -605,14 +605,14 @@ def test_why_a_car_stopped_on_its_way_is_told(monkeypatch):
     assert not one.reached and one.why == "not in the goal after 2 manoeuvres"
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_last_stroke_that_is_not_proved_from_a_pose_that_may_be_wrong_is_shuffled():
     loop = prove.loop_of(start=0.02, heading=0.005)  # [m], [rad]
     one = drive.drive(cases.case(1), loop, jax.random.PRNGKey(1))
     assert one.reached and one.proved and not one.touched and not one.left
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_car_that_no_way_leads_on_within_a_gap_is_shuffled():
     one = drive.drive(shortest.street(6.0), prove.loop_of(), jax.random.PRNGKey(0))
     assert one.reached and one.proved and not one.touched and not one.left
