@@ -178,10 +178,10 @@ def check_no_plan(context, plan):
     # all bins allow the model itself, and so trajectories that are beside it for a moment only
     need(context.bins_without_model() == 0, "a template excludes the model")
     check_faces(context, plan["faces"], z_lo, z_hi)
-    allowed = UNSAFE
+    allowed = list(UNSAFE)
     if plan["kind"] != "proved":
         need(plan["kind"] == "bracket", "the kind is neither proved nor bracket")
-        allowed = (*UNSAFE, "safe", "open")
+        allowed += ["safe", "open"]
     leaves = Leaves(context)
     volumes = dict.fromkeys((*UNSAFE, "safe", "open"), 0)
     nodes = iter(plan["tree"])

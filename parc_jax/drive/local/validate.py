@@ -113,10 +113,11 @@ def validated(
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
     if isinstance(source, RolloutBatch):
-        how = str(settings), str((asked.risk, look.delta, asked.scales, asked.way))
-        where = str(answer.scene.at), query.model.claim.hash, identity_of(asked.source)
+        how = asked.risk, look.delta, asked.scales, asked.way, settings, seed_of(key)
+        at = np.asarray(answer.scene.at).tolist()  # spelled whole
+        what = query.model.claim.hash, identity_of(asked.source), at
         part = problem_part(answer.scene.problem, query.model)
-        about = hash_of([part, *where, *how, list(seed_of(key))])
+        about = hash_of([part, *map(str, (*what, *how))])
         look = look._replace(others=look.others + _tested_before(asked, about, look.delta))
     asked = replace(asked, delta=look.delta, looks=1)
     sets = nested_sets(query, own, seeds, settings, asked)

@@ -381,7 +381,7 @@ def update(
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    # fresh runs were made by the same code, not recorded
+    # by their subject fresh runs of a seed are of that system; recorded ones show what disturbs
     said += tuple(x for x in claim.assumptions if x == ALIKE and fresh.seed is not None)
     known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)
