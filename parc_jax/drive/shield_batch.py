@@ -1,6 +1,7 @@
 """The shield for batches of environments: pure functions of arrays, to be jitted. [T37, T38]"""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -29,8 +30,8 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import prediction
 from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 
-AT_ONCE = 16  # environments of which alternatives are looked at in one round; a GPU takes all,
-TOGETHER = 8  # and of each so many alternatives
+AT_ONCE, FEW = 32, 8  # environments of which alternatives are looked at in one round, and of the
+TOGETHER = 8  # last ones; a GPU takes all, and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
 RANKED, EVERY, FAN = 4, 2, 128  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
@@ -374,15 +375,17 @@ def _while_open(one: Callable, state: tuple, of: Any) -> tuple:
     again: (state, of) -> state, of one environment; some at once, until it is nowhere.
     """
     n = len(state[0])
-    size = min(AT_ONCE, n) if backend().in_turn else n
 
-    def some(state: tuple):
+    def some(state: tuple, size: int):
         at = jnp.nonzero(state[0], size=size, fill_value=n)[0]
         rows = jax.tree.map(lambda x: x.at[at].get(mode="clip"), (state, of))
         new = jax.vmap(one)(*rows)
         return tuple(x.at[at].set(y, mode="drop") for x, y in zip(state, new, strict=True))
 
-    return jax.lax.while_loop(lambda state: state[0].any(), some, state)
+    for size, left in ((AT_ONCE, FEW), (FEW, 0)) if backend().in_turn else ((n, 0),):
+        more = partial(lambda state, left: state[0].sum() > left, left=left)
+        state = jax.lax.while_loop(more, partial(some, size=min(size, n)), state)
+    return state
 
 
 def _from_robot(seen: Seen) -> jax.Array:
