@@ -6,6 +6,7 @@ reading of an episode has ruled out may hold a hazard, and is kept clear of. Mem
 the compass, and velocities summed up.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -177,9 +178,13 @@ class Memory:
         return np.array([*speeds[:2], gyro[2]]), velocity, heading, readings
 
     def _look(self, readings: np.ndarray) -> None:
-        goal, hazards, vases = readings
+        self._readings = _, hazards, vases = readings
         self.of_hazards.look(self.pose, hazards)
         self.of_vases.look(self.pose, vases)
+
+    def guess(self) -> None:
+        """Bring up to date what a driver takes for true; before each of its actions."""
+        goal, hazards, vases = self._readings
         self.hazards = self._guessed(self.hazards, hazards, self.of_hazards)
         self._vases = self._guessed(self._vases, vases, self.of_vases)
         (*seen,) = self._in_world(guesses(goal))
@@ -204,6 +209,12 @@ class WaryGuide(Guide):
     """A driver by memory: what may hold a hazard is larger than the hazard."""
 
     keep, rest, more = 0.29, 0.0, -CELL / 8
+
+    def __call__(self, worlds: Sequence[Memory]) -> np.ndarray:
+        """As of `Guide`."""
+        for memory in worlds:
+            memory.guess()
+        return super().__call__(worlds)
 
 
 class Remembers(gymnasium.Wrapper):
