@@ -290,6 +290,7 @@ def headline(answer) -> str:
     share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of the model's safe set"
     if answer.cover.within is not None:
         share += " around what a search found"
+    share += f" (confidence {rounded_down(str(answer.coverage.confidence), 10)})"
     counts = counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")
     return f"Answer for {name}: {answer.status}, {', '.join(counts)}, {share}"
 

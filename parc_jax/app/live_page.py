@@ -271,6 +271,7 @@ def about_set(answer: Answer) -> list[str]:
         sure = f"confidence {rounded_down(str(share.confidence), 10)}"
         lines.append(f"**{least} to {most} %** of {of}{around}, are safe, {sure}")
     held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
+    held += f", confidence {rounded_down(str(answer.coverage.confidence), 10)}"
     lines.append(f"{len(answer.corridors)} corridors hold {held}")
     return [*lines, f"the tube is {in_short(claim)}"]
 

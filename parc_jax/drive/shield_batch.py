@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, least, single
+from parc_jax.common.arrays import at_least, least, single
 from parc_jax.common.backend import backend
 from parc_jax.common.errors import InputError, reading
 from parc_jax.drive.loop import candidates as listed
@@ -137,7 +137,10 @@ class BatchShield:
         rows = np.pad(even, ((2, 0), (0, 0)))  # first a stop: in the place of what is proposed
         self._rows = listed.listed_candidates(model, given, rows)
         listed.require_rest(model, self._rows, given)
-        self._room, self._far, self._radius = as_float64("numbers", [room, far, radius], (3,))
+        numbers = {"room": room, "far": far, "radius": radius}
+        self._room, self._far, self._radius = (
+            np.float64(at_least(*one)) for one in numbers.items()
+        )
         # ranking: every other knot, what errors take until then; the last interval, of creep, alone
         last = model.time.n_steps
         knots = np.unique([*range(EVERY, last, EVERY), max(1, last - 1), last])
@@ -191,6 +194,10 @@ class BatchShield:
         *of, action = self._seen(pose, given, corners, active, action)
         seen = Seen(*of)
         last = jax.tree.map(jnp.asarray, under_way)
+        if last.pose.shape != seen.pose.shape:
+            raise InputError(
+                f"under_way: expected that of poses {seen.pose.shape}; got {last.pose.shape}."
+            )
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
         proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
         if proposed.shape != (wanted := (len(finite), len(self._chosen))):
@@ -205,13 +212,15 @@ class BatchShield:
             raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
         with reading("BatchShield", "arrays of numbers"):
             found = list(map(jnp.asarray, of))
+        if any(map(jnp.iscomplexobj, found)):
+            raise InputError("BatchShield: expected real numbers; got complex ones.")
         if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
             raise InputError(f"active: expected bool; got {active.dtype}.")
         b, o = active.shape if active.ndim == 2 else (0, 0)
         turns, n = self._model.rotation is not None, len(self._given)
         told = [x.shape for x in found]
         wanted = [(b, 2 + turns), (b, n), (b, o, *told[2][2:3], 2), (b, o)]
-        if told[:4] != wanted or any(not x[1:] or x[0] != b for x in told):
+        if told[:4] != wanted or 0 in told[2][2:3] or any(not x[1:] or x[0] != b for x in told):
             pose = "3" if turns else "2; its model declares no rotation"
             raise InputError(
                 f"BatchShield: expected one batch, pose (b, {pose}), given (b, {n}), corners "

@@ -101,7 +101,7 @@ def test_the_sentence_says_until_when_what_moves_is_told_of():
             goes = {"at": 0.0, "spans": spans + whole}
             step = loop.step([0.0] * 2, [0.1], parts + more, lambda x: -x.path[:, -1, 0], **goes)
             assert step.new
-            return pj.drive.Outcome(touched, False, {}, [step.committed], when)
+            return pj.drive.Outcome(touched, False, {}, [step.committed], when if touched else None)
 
         return asked(one, 3)
 
@@ -301,6 +301,11 @@ def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_t
     assert said in done.details() and done.bad == drifted + left and done.left == left
     with pytest.raises(InputError, match="None or a text; got False and ''"):
         asked(lambda *_: pj.drive.Outcome(False, ""), 1)
+    with pytest.raises(InputError, match="None or a text; got False and '  '"):
+        asked(lambda *_: pj.drive.Outcome(False, "  "), 1)
+    for touched, at in ((False, 3.0), (True, np.nan)):  # a time of what was not touched, or none
+        with pytest.raises(InputError, match=f"a finite time; got {at}, touched {touched}"):
+            asked(lambda *_, told=(touched, at): pj.drive.Outcome(told[0], touched_at=told[1]), 1)
 
 
 def harder(seed):

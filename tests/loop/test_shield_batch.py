@@ -259,6 +259,8 @@ def test_what_another_shield_has_under_way_is_refused(batch):
         (2, np.zeros((3, 2, 4, 3)), r"corners \(b, o, v, 2\), active"),
         (3, np.ones((3, 1), bool), r"active \(b, o\), action"),
         (3, np.array(True), "expected one batch, pose"),
+        (2, np.zeros((3, 2, 0, 2)), "expected one batch, pose"),
+        (0, np.full((3, 2), 1j), "expected real numbers"),
         (1, "fast", "arrays of numbers; got TypeError"),
     ],
 )
@@ -287,6 +289,16 @@ def test_an_action_of_one_number_is_not_taken_for_two(batch):
             jax.eval_shape(made.step, one, *seen, np.zeros((3, 1)))
         with pytest.raises(pj.InputError, match=r"action \(b, m\); got .*, \(3,\)\]"):
             jax.eval_shape(made.step, one, *seen, np.zeros(3))
+        fewer = [x[:2] for x in seen]
+        with pytest.raises(pj.InputError, match=r"that of poses \(2, 2\); got \(3, 2\)"):
+            jax.eval_shape(made.step, one, *fewer, np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("wrong", [{"room": -1.0}, {"far": -1.0}, {"radius": True}])
+def test_numbers_that_mean_nothing_are_refused(wrong):
+    door = sims.point.sensing.batch_door() | wrong
+    with pytest.raises(pj.InputError, match=f"{next(iter(wrong))}: expected a number"):
+        pj.drive.BatchShield(sims.point.model(), **door)
 
 
 def test_what_comes_in_float32_is_computed_in_float64(batch):

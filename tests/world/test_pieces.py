@@ -111,12 +111,19 @@ def test_a_stated_coordinate_system_is_refused(code):
     square = {"type": "Polygon", "coordinates": [[*SQUARE, SQUARE[0]]]}
     feature = {"type": "Feature", "properties": {}, "geometry": square}
     whole = {"type": "FeatureCollection", "features": [feature]}
+    gathered = {"type": "GeometryCollection", "geometries": [square]}
     for one in (
         square | {"crs": crs},
         feature | {"crs": crs},
         feature | {"geometry": square | {"crs": crs}},
         whole | {"crs": crs},
         whole | {"features": [feature | {"crs": crs}]},
+        {"type": "GeometryCollection", "geometries": [square | {"crs": crs}]},
+        whole | {"features": [feature | {"geometry": {"crs": crs} | gathered}]},
+        whole
+        | {
+            "features": [feature | {"geometry": gathered | {"geometries": [square | {"crs": crs}]}}]
+        },
     ):
         with pytest.raises(InputError, match=rf"of no coordinate system; got .*{code}"):
             convex_pieces(one)
@@ -130,6 +137,7 @@ def test_coordinate_systems_of_other_libraries_are_refused():
         crs = "EPSG:4326"
         __geo_interface__ = shapely.geometry.mapping(shapely.Polygon(SQUARE))
 
-    for one in (marked, Frame()):
+    inner = [{"type": "Feature", "properties": {}, "geometry": one} for one in (marked, Frame())]
+    for one in (marked, Frame(), *inner):
         with pytest.raises(InputError, match=r"of no coordinate system; got .*4326\. Project"):
             convex_pieces(one)

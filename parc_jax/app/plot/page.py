@@ -13,6 +13,7 @@ from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
 from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
 from parc_jax.checker.proved import PROVED_JS
+from parc_jax.common.spelling import rounded_down
 from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.bound.error_set import NO_CLAIM
 from parc_jax.learning.bound.statement import in_short
@@ -115,6 +116,7 @@ def page_data(answer, polytopes=None) -> dict:
         "hash": {name: part_hash(part) for name, part in parts},
         "share": polytopes.coverage.at_least if polytopes else 0.0,
         "corridor_share": answer.coverage.at_least,
+        "confidence": rounded_down(str(answer.coverage.confidence), 10),
         "around": answer.cover.within is not None,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},

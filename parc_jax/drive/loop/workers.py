@@ -90,10 +90,16 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             raise InputError(f"episodes: expected an Outcome of drive(world, seed); got {kind}.")
         touched, left, told, committed, at = outcome
         kind = bool | np.bool_
-        if not isinstance(touched, kind) or not isinstance(left, kind | str | None) or left == "":
+        told_left = isinstance(left, kind | None) or (isinstance(left, str) and left.strip())
+        if not isinstance(touched, kind) or not told_left:
             raise InputError(
                 f"Outcome: expected touched True or False, and left too, None or a text; got "
                 f"{touched!r:.40} and {left!r:.40}."
+            )
+        if at is not None and not (touched and np.isfinite(at)):
+            raise InputError(
+                f"Outcome: expected touched_at of what was touched, a finite time; got {at!r:.40}, "
+                f"touched {touched!r}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
         given = Counter(id(one.episode) for one in committed)

@@ -69,7 +69,8 @@ def in_short(c: "ErrorClaim") -> str:
         return f"{'of runs that nobody drew' if 'eps' in p else c.kind}, not shown"
     without, of = map(int, p["open bins"].split(" of "))
     where = f" in {of - without} of {of} bins" if without else ""
-    return f"left with probability ≤ {probability(p['eps'])}{where}, confidence {confidence_of(p)}"
+    by, most = "left by a drawn k with probability", probability(p["eps"])
+    return f"{by} ≤ {most}{where}, confidence {confidence_of(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:

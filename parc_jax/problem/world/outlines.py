@@ -37,7 +37,7 @@ def outlines(name: str, value: object) -> list:
     """
     shapely = package("shapely", name)
     geometry = value if isinstance(value, shapely.Geometry) else _read(name, value, shapely)
-    _require_local(name, value, shapely.get_srid(geometry))
+    _require_local(name, [value, geometry], shapely)
     parts = shapely.get_parts(shapely.force_2d(geometry)).tolist()
     while any(hasattr(part, "geoms") for part in parts):
         parts = [one for part in parts for one in shapely.get_parts(part)]
@@ -78,12 +78,17 @@ def require_turn(name: str, heading: float, turns: int = 1) -> None:
         )
 
 
-def _require_local(name: str, value: object, srid: int) -> None:
+def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
     """Raises InputError for a stated coordinate system: degrees, stretched metres, or far ones."""
-    told = [getattr(value, "crs", None), f"SRID {srid}" if srid else None]
-    value = getattr(value, "__geo_interface__", value)
-    for one in [value, *value.get("features", [])] if isinstance(value, dict) else []:
-        told += [of.get("crs") for of in (one, one.get("geometry")) if isinstance(of, dict)]
+    told: list = []
+    for one in inside:  # grows: features, and what they and collections hold
+        told.append(getattr(one, "crs", None))
+        if isinstance(one, shapely.Geometry) and (srid := shapely.get_srid(one)):
+            told.append(f"SRID {srid}")
+        one = getattr(one, "__geo_interface__", one)
+        if isinstance(one, dict):
+            told.append(one.get("crs"))
+            inside += [one.get("geometry"), *one.get("features", []), *one.get("geometries", [])]
     if any(told):
         raise InputError(
             f"{name}: expected metres from an origin near by, of no coordinate system; got "
