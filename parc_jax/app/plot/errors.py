@@ -1,5 +1,7 @@
 """The tube of a model over time, assumed beside claimed."""
 
+from textwrap import fill
+
 import numpy as np
 
 from parc_jax.app.plot import style
@@ -7,6 +9,8 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.system import TimeGrid
+
+LETTERS = 48  # of a line of a title above one of two panels
 
 
 def errors(claim: ErrorClaim, assumed: ErrorClaim, to=None):
@@ -31,7 +35,7 @@ def errors(claim: ErrorClaim, assumed: ErrorClaim, to=None):
             ax.set_xlabel("time [s]")
         left.set_ylabel("half width of the tube [m]")
         left.set_title("assumed: largest error over training runs")
-        right.set_title(f"claimed: {in_short(claim)}")
+        right.set_title(fill(f"claimed: {in_short(claim)}", LETTERS))
         if max(one.tube.n_bins for one in (assumed, claim)) > 1:
             line = style.line(0)
             handles = [
