@@ -116,7 +116,11 @@ def page_data(answer, polytopes=None) -> dict:
         "hash": {name: part_hash(part) for name, part in parts},
         "share": polytopes.coverage.at_least if polytopes else 0.0,
         "corridor_share": answer.coverage.at_least,
-        "confidence": rounded_down(str(answer.coverage.confidence), 10),
+        "sure": {
+            word: rounded_down(str(of.coverage.confidence), 10)
+            for word, of in (("corridor", answer), ("polytope", polytopes))
+            if of
+        },
         "around": answer.cover.within is not None,
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
