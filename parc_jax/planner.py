@@ -112,7 +112,7 @@ def answered(
         refused = int((~accepted).sum() + (~held).sum())
         samples, written = samples[accepted], list(compress(parts, accepted))
         if not held.all():  # coverage was counted with the refused corridors: nothing is stated
-            cover = cover._replace(coverage=cover.coverage._replace(at_least=0.0))
+            cover = cover._replace(coverage=cover.coverage._replace(share=0.0, at_least=0.0))
         corridors = tuple(compress(cover.corridors, held))
         cover = cover._replace(corridors=corridors, proved=True, refused=refused)
         took = time.perf_counter() - covered
@@ -172,7 +172,7 @@ class Planner:
             those of the goal.
         validate: test nested sets of plans by fresh runs in this scene; `Answer.validation` has the
             largest that shows the given risk. By default by the recordings that a model of a
-            log keeps, where they show a smaller risk than its claim. [T42]
+            log keeps, where no risk of a drawn plan is stated, or one above 0.15. [T42]
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """

@@ -287,12 +287,20 @@ def headline(answer) -> str:
     name = answer.model.system or "unnamed system"
     if not answer.status.found:
         return f"Answer for {name}: {answer.status}"
-    share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of the model's safe set"
-    if answer.cover.within is not None:
-        share += " around what a search found"
-    share += f" (confidence {rounded_down(str(answer.coverage.confidence), 10)})"
-    counts = counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")
-    return f"Answer for {name}: {answer.status}, {', '.join(counts)}, {share}"
+    told = [counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")]
+    if answer.coverage.share:
+        share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of {set_of(answer)}"
+        told.append(f"{share} (confidence {rounded_down(str(answer.coverage.confidence), 10)})")
+    return f"Answer for {name}: {answer.status}, {', '.join(told)}"
+
+
+def set_of(answer, name: str = "the model's safe set") -> str:
+    """The set that the coverage of an `Answer` is of."""
+    claim = answer.model.claim
+    tube = " under a tube that runs may leave" if claim.kind == VALIDATED else ""
+    box = "" if claim.law.box == "K" else f" with k in {claim.law.box}"
+    around = "" if answer.cover.within is None else " around what a search found"
+    return f"{name}{tube}{box}{around}"
 
 
 def summary(answer, drawn: str) -> str:
@@ -310,8 +318,7 @@ def summary(answer, drawn: str) -> str:
             around=cover.within is not None,
             box=answer.model.claim.law.box,
         )
-        around = " around what a search found" if cover.within is not None else ""
-        held = about_coverage(answer.coverage, f"the safe set{around}")
+        held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
         lines.append(f"Safe: {share}.")
         lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
         if cover.refused:

@@ -51,6 +51,11 @@ class MJXSystem:
         """One run with the start moved by p0 (n_p,) [m], as `_require_moved` saw; p is relative."""
         from mujoco import mjx
 
+        if with_digest(self.name, self.model) != self.law["model"]:
+            raise InputError(
+                f"{self.name}: expected the model as it was built; it was changed since, and is "
+                "another robot. Change the file or its text, and build a system of that."
+            )
         with lenient():
             model = mjx.put_model(self.model)
             data = self.start(key, k, mjx.make_data(model))

@@ -13,11 +13,11 @@ from parc_jax.app.live import Drawn, Grip, Live, swept
 from parc_jax.app.plot import shapes
 from parc_jax.common.errors import InputError
 from parc_jax.common.on_use import package
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
 from parc_jax.problem.problem import goal_box
-from parc_jax.statement import all_plans
+from parc_jax.statement import about_coverage, all_plans, set_of
 
 LOCAL = "127.0.0.1"
 RATE = 25.0  # [1/s] pictures of a plan that is played
@@ -270,9 +270,8 @@ def about_set(answer: Answer) -> list[str]:
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
         sure = f"confidence {rounded_down(str(share.confidence), 10)}"
         lines.append(f"**{least} to {most} %** of {of}{around}, are safe, {sure}")
-    held = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of them"
-    held += f", confidence {rounded_down(str(answer.coverage.confidence), 10)}"
-    lines.append(f"{len(answer.corridors)} corridors hold {held}")
+    corridors = counted(len(answer.corridors), "corridor")
+    lines.append(f"{corridors}: {about_coverage(answer.coverage, set_of(answer, 'the safe ones'))}")
     return [*lines, f"the tube is {in_short(claim)}"]
 
 

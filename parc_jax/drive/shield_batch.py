@@ -199,11 +199,11 @@ class BatchShield:
                 f"under_way: expected that of poses {seen.pose.shape}; got {last.pose.shape}."
             )
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
-        proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
+        proposed = jnp.where(finite, _real("ask", jax.vmap(self._ask)(action)), jnp.nan)
         if proposed.shape != (wanted := (len(finite), len(self._chosen))):
             raise InputError(f"ask: expected chosen parameters {wanted}; got {proposed.shape}.")
         new, changed, reason = self._decide(last, seen, proposed)
-        driven = jax.vmap(self._act)(new.k, new.steps * self._every, new.given)
+        driven = _real("act", jax.vmap(self._act)(new.k, new.steps * self._every, new.given))
         return new.replace(steps=new.steps + 1), Driven(driven, changed, reason)
 
     def _seen(self, *of: Any) -> list[jax.Array]:
@@ -212,8 +212,8 @@ class BatchShield:
             raise InputError("BatchShield: expected float64; use it within `jax.enable_x64(True)`.")
         with reading("BatchShield", "arrays of numbers"):
             found = list(map(jnp.asarray, of))
-        if any(map(jnp.iscomplexobj, found)):
-            raise InputError("BatchShield: expected real numbers; got complex ones.")
+        for one in found:
+            _real("BatchShield", one)
         if (active := found[3]).dtype != bool:  # of integers, ~ is not "none there"
             raise InputError(f"active: expected bool; got {active.dtype}.")
         b, o = active.shape if active.ndim == 2 else (0, 0)
@@ -377,6 +377,13 @@ class BatchShield:
         allowed = jnp.asarray(tube.interval)[open_bin_of(tube.edges, last.k), both].min(axis=0)
         off = jnp.abs(_turned(pose[:2] - last.pose[:2], last.pose) - way)
         return (off - jnp.maximum(allowed - ROUNDED, ROUNDED)).max()
+
+
+def _real(name: str, x: jax.Array) -> jax.Array:
+    """x itself. Raises InputError for complex numbers, whose imaginary part would be dropped."""
+    if jnp.iscomplexobj(x):
+        raise InputError(f"{name}: expected real numbers; got complex ones.")
+    return x
 
 
 def _while_open(one: Callable, state: tuple, of: Any) -> tuple:

@@ -60,8 +60,8 @@ def solve(
             which one drawn at random fails with probability at most --risk, or 0.003, kept beside
             --out as .validated.json. Its runs grow as 1 / risk.
         runs: Recorded runs to validate with instead, at a risk of 0.15 with confidence 0.95 by
-            default. A model of a log keeps its own, and validates where they show a smaller risk
-            than its claim.
+            default. A model of a log keeps its own, and validates by default where no risk of a
+            drawn plan is stated, or a larger one.
     """
     import sys
 

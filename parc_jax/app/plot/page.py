@@ -26,6 +26,7 @@ from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.separation.directions import Run
 from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
+from parc_jax.statement import set_of
 
 FILES = Path(__file__).with_name("page")
 SCRIPTS = ("geometry", "model", "view", "scene", "player", "main", "proof", "episode")
@@ -121,7 +122,7 @@ def page_data(answer, polytopes=None) -> dict:
             for word, of in (("corridor", answer), ("polytope", polytopes))
             if of
         },
-        "around": answer.cover.within is not None,
+        "set": set_of(answer),
         "views": [view._asdict() for view in views_of(model.n_p)],
         "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
         "goals": [

@@ -15,7 +15,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import replay, tally
-from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, eps_of, facts_of, final_error
+from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, facts_of, final_error
 from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import key_of
@@ -86,7 +86,7 @@ def run_study(
 
             samples(cold, None, first := out / UNFINISHED / "samples.png")
             if not quiet:
-                under = f"proved under a claim with eps = {eps_of(cold.model.claim)}, so far"
+                under = f"proved under a tube {in_short(cold.model.claim)}, so far"
                 print(f"{system.name}: first plans are in {first}, {under}.", file=sys.stderr)
 
     given, assumed = model is not None, None

@@ -14,7 +14,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
-from parc_jax.learning.bound.statement import probability
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -45,11 +45,12 @@ def report(outcome: Studied, out: Path) -> str:
     m, answer = outcome.metrics, outcome.answer
     lines = ["", *said_of(answer).split("\n")]
     if m["replay"] is not None:
-        lines += _replayed(m["replay"], eps_of(answer.model.claim))
+        lines += _replayed(m["replay"], in_short(answer.model.claim))
     if m.get("driven") is not None:
         d = m["driven"]
-        plan = ", ".join(map(exact, d["plan"]))
-        lines.append(f"To drive: ({plan}); {d['failures']:,} of {d['runs']:,} fresh runs failed.")
+        numbers = zip((*answer.model.labels.p, *answer.model.labels.k), d["plan"], strict=True)
+        plan = ", ".join(f"{name} = {exact(x)}" for name, x in numbers)
+        lines.append(f"To drive: {plan}; {d['failures']:,} of {d['runs']:,} fresh runs failed.")
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
     return "\n".join(lines)
 
@@ -110,12 +111,11 @@ def explained(place: Path) -> str:
     return "\n".join([*lines, "", words, *driven, head, *stages])
 
 
-def _replayed(r: dict, eps: str | None) -> list[str]:
+def _replayed(r: dict, tube: str) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
-    claim = "nothing is shown of the tube" if eps is None else f"claim: eps = {eps}"
     first = (
         f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} reached, "
-        f"{r['touched']} touched, {r['left_tube']} left the tube ({claim})"
+        f"{r['touched']} touched, {r['left_tube']} left the tube (claimed: {tube})"
     )
     if r["repeats"] == 1:
         return [first]
@@ -149,12 +149,6 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
         drawn.append(out / "errors.png")
         errors(outcome.answer.model.claim, outcome.assumed, drawn[-1])
     return drawn
-
-
-def eps_of(claim: ErrorClaim) -> str | None:
-    """The eps that a claim says, for people, by bin the largest; None where nothing is shown."""
-    p = claim.premises
-    return probability(p["eps"], 2) if "eps" in p else None
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:

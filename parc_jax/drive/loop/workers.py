@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, is_text
 from parc_jax.common.said import most_and_often
 from parc_jax.learning.systems.fleet import Processes
 from parc_jax.learning.systems.user_code import own_place, said
@@ -90,13 +90,15 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             raise InputError(f"episodes: expected an Outcome of drive(world, seed); got {kind}.")
         touched, left, told, committed, at = outcome
         kind = bool | np.bool_
-        told_left = isinstance(left, kind | None) or (isinstance(left, str) and left.strip())
+        words = isinstance(left, str) and left.strip() and is_text(left)
+        told_left = isinstance(left, kind | None) or words
         if not isinstance(touched, kind) or not told_left:
             raise InputError(
                 f"Outcome: expected touched True or False, and left too, None or a text; got "
                 f"{touched!r:.40} and {left!r:.40}."
             )
-        if at is not None and not (touched and np.isfinite(at)):
+        number = isinstance(at, int | float | np.number) and not isinstance(at, bool)
+        if at is not None and not (touched and number and np.isfinite(at)):
             raise InputError(
                 f"Outcome: expected touched_at of what was touched, a finite time; got {at!r:.40}, "
                 f"touched {touched!r}."

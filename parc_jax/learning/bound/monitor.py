@@ -177,12 +177,8 @@ class Monitor:
         check_kind("observe", batch, RolloutBatch)
         left = ~inside_tube(self.claim, self.net, batch)
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
-        claim, unit = self.claim, RUNS if batch.groups is None else RECORDINGS
-        if unit != claim.unit:
-            how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
-            told = f"expected {claim.unit.many}, as the claim counts; got {unit.many}"
-            raise InputError(f"{batch.name}: {told}. {how}")
-        law, own = batch.law, claim.law
+        _require_unit(self.claim, batch)
+        law, own = batch.law, self.claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
             got = f"{law.how_drawn}{', on another K' if elsewhere else ''}"
@@ -296,6 +292,15 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     return replace(watch, **seen, **about)
 
 
+def _require_unit(claim: ErrorClaim, batch: RolloutBatch) -> None:
+    """Refuse runs counted by another unit than the claim's. Raises InputError."""
+    unit = RUNS if batch.groups is None else RECORDINGS
+    if unit != claim.unit:
+        how = "Name the recording of each: groups=." if unit == RUNS else "Leave groups out."
+        told = f"expected {claim.unit.many}, as the claim counts; got {unit.many}"
+        raise InputError(f"{batch.name}: {told}. {how}")
+
+
 def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs that a claim was made from, in any way. Raises InputError."""
     made = used_by(claim, batch)
@@ -360,6 +365,8 @@ def update(
         )
     if claim.eps is None and "eps" not in options:
         raise InputError("update: expected eps and delta, since the old claim has none.")
+    if fresh.seed is None and fresh.groups is None:  # parts of a recording are not independent
+        _require_unit(claim, fresh)
     _require_new(claim, fresh)  # others decided that there would be more
     net = net if tune is None else tune(net, seen)
     old = {

@@ -69,8 +69,9 @@ def in_short(c: "ErrorClaim") -> str:
         return f"{'of runs that nobody drew' if 'eps' in p else c.kind}, not shown"
     without, of = map(int, p["open bins"].split(" of "))
     where = f" in {of - without} of {of} bins" if without else ""
-    by, most = "left by a drawn k with probability", probability(p["eps"])
-    return f"{by} ≤ {most}{where}, confidence {confidence_of(p)}"
+    of = f"k drawn from all of {p['box']}" if p["k"] == "uniform on K" else f"k {p['k']}"
+    by = f"by one run of a new recording, {of}" if "rows" in p else f"by a run, {of}"
+    return f"left with probability ≤ {probability(p['eps'])} {by}{where}, confidence {confidence_of(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:

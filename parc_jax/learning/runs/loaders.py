@@ -152,6 +152,7 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
     without a unit. Raises InputError.
     """
     words = {x: f" {' '.join(words_in(x))} " for x in (*columns, *points)}
+    glued = {x: f" {words[x].replace(' ', '')} " for x in points}  # `rearleft_x` of rear left
     n_p = len(columns) // len(points)
     told = axes_in_all(columns, points)
     named = zip(columns, told, strict=True)
@@ -159,7 +160,7 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
     for i, (column, axes) in enumerate(zip(columns, told, strict=True)):
         require_unit(column, "m")
         own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
-        said = [name for name in points if words[name] in words[column]]
+        said = [x for x in points if words[x] in words[column] or glued[x] in words[column]]
         of_axis = axes == {axis} or (n_p == 1 and axes) or (not axes and unit_of(column) == "m")
         in_order = numbers[i] == numbers[i - i % n_p] >= numbers[max(i - n_p, 0)]  # x1, y1, x2
         if not of_axis or (own != max(said, key=len) if said else not in_order):

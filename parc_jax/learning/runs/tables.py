@@ -63,6 +63,9 @@ def _groups(path: Path, n: int) -> np.ndarray:
     names = [line.strip() for line in _text(path).rstrip().splitlines()]
     if names and names[0].lstrip("# ").lower() in _HEADERS:
         names = names[1:]
+    # a number of the row, or a time, before the name makes each row a recording of its own
+    if more := [line for line in names if sum(map(bool, next(csv.reader([line])))) > 1]:
+        raise InputError(f"{path}: expected one column, a name a line; got {more[0]!r:.60}.")
     if len(names) != n or not all(names):
         empty = f", line {names.index('') + 1} of them empty" if "" in names else ""
         raise InputError(

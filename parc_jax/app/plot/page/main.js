@@ -287,7 +287,7 @@ function readAddress() {
 }
 
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
-const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 0 ? ` (at least ${(Math.floor(1000 * share) / 10).toFixed(1)} % of the model's safe set${data.around ? " around what a search found" : ""}, confidence ${data.sure[word]})` : ""}`;
+const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 0 ? ` (at least ${(Math.floor(1000 * share) / 10).toFixed(1)} % of ${data.set}, confidence ${data.sure[word]})` : ""}`;
 $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding(data.corridors.length, "corridor", data.corridor_share)}, `
   + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
