@@ -58,7 +58,8 @@ def test_wrong_labels_are_refused(wrong):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"q": ("yaw [deg]", "wind")}, {"q": ("yaw (deg)", "wind")}, {"q": ("yaw_degrees", "wind")}]
+    [{"q": (f"yaw{unit}", "wind")} for unit in (" [deg]", " (deg)", "_degrees", "Deg")]
+    + [{"p": words} for words in (("xMm", "yMm"), ("velX", "velY"), ("acc_x", "acc_y"))]
     + [
         {"p": (f"x{unit}", "y [m]")}
         for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm", "_inch", "_px")
