@@ -23,6 +23,7 @@ def scene():
 class Cart:
     name, n_p, n_q = "cart", 2, 1
     domain = pj.box([0.5, -0.5], [1.0, 0.5])
+    time = pj.learning.time_grid(0.5, 1.0)
     k_labels = ("speed [m/s]", "turn [rad]")
 
 
@@ -57,7 +58,8 @@ def test_wrong_labels_are_refused(wrong):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"q": ("yaw [deg]", "wind")}, {"q": ("yaw (deg)", "wind")}, {"q": ("yaw_degrees", "wind")}]
+    [{"q": (f"yaw{unit}", "wind")} for unit in (" [deg]", " (deg)", "_degrees", "Deg")]
+    + [{"p": words} for words in (("xMm", "yMm"), ("velX", "velY"), ("acc_x", "acc_y"))]
     + [
         {"p": (f"x{unit}", "y [m]")}
         for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm", "_inch", "_px")
@@ -115,6 +117,15 @@ def test_coordinates_are_named_by_label_name_or_number_each_once():
 def test_labels_of_no_part_of_a_model_are_refused():
     with pytest.raises(InputError, match=r"labels: expected those of p, q, k, as .*; got K"):
         line_model().with_labels({"K": ("speed [m/s]", "turn [rad]")})
+
+
+@pytest.mark.parametrize("p", [("y [m]", "x [m]"), ("north [m]", "east [m]"), ("zPos", "yPos")])
+def test_coordinates_of_a_mirrored_world_are_refused(p):
+    """Of a system as of a file: its headings, turned obstacles and scans would be mirrored."""
+    with pytest.raises(InputError, match=r"axes in the order x, y, z .* mirrored world"):
+        subject("cart", pj.box([0.0], [1.0]), Cart.time, 2, 0, labels={"p": p})
+    for fine in (p[::-1], ("along [m]", p[0])):
+        assert subject("cart", pj.box([0.0], [1.0]), Cart.time, 2, 0, labels={"p": fine})
 
 
 def test_a_model_without_labels_has_the_plain_ones(tmp_path):

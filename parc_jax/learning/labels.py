@@ -13,7 +13,8 @@ HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is t
 # in any brackets at a label's end, or behind its name
 OTHER_UNITS = "mm cm km ft feet inch inches yd px pixel pixels deg degrees ° ms".split()
 NO_PLACE = {*HEADINGS, *"t time stamp timestamp sec index angle pitch roll latitude".split()}
-NO_PLACE |= {*"longitude lat lon speed velocity vx vy vz qw qx qy qz quaternion".split()}
+NO_PLACE |= {*"longitude lat lon speed velocity vel vx vy vz acc accel".split()}
+NO_PLACE |= {*"acceleration qw qx qy qz quaternion".split()}
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
@@ -127,6 +128,7 @@ def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]
 def require_unit(label: str, unit: str) -> None:
     """Raises InputError for a label that tells another unit, or for [m] what is no place."""
     last, words = re.split(r"[ _(\[]", label.rstrip(")]"))[-1], words_in(label)
+    last = words[-1] if words and last.endswith(words[-1].title()) else last  # `headingDeg`
     # beside an axis: `x_t`, and `index finger x [m]`, but no `x_index`
     beside = ["t", *["index", "angle"] * (unit_of(label) == unit)] if axes_in(label) else ()
     if unit == "m" and (no := next((x for x in words if x in NO_PLACE and x not in beside), "")):

@@ -27,8 +27,6 @@ class Options:
     """Moments of each at which an episode begins, drawn by number."""
     first_phase: int = 0
     """Number of the first of them."""
-    watch: float = 0.0
-    """[s] for which it stands at its start, where nobody walks, and looks who comes again."""
     lidar: bool = False
     """Movers are seen by the lidar; else their places are known."""
     planners: tuple[str, ...] = PLANNERS
@@ -53,17 +51,16 @@ def episode(
     number: int,
     phase: int,
     lidar: bool = False,
-    watch: float = 0.0,
     save: Path | None = None,
 ) -> dict:
     """Drive one; a line about it."""
     here, key = begun(number, phase), key_of(phase)
-    told = {"planner": planner, "world": number, "phase": phase, "lidar": lidar, "watch": watch}
+    told = {"planner": planner, "world": number, "phase": phase, "lidar": lidar}
     told["kind"] = here.kind
     sight = (Seen if lidar else Known)(here, np.random.default_rng([number, phase, 1]))
     if planner == "plain":
-        return told | plain.drive(here, key, sight, watch)
-    one = driver.drive(here, key, sight, watch)
+        return told | plain.drive(here, key, sight)
+    one = driver.drive(here, key, sight)
     if save is not None:
         driver.save(one, save / f"world_{number}_{phase}.json")
     return told | driver.told_of(one)
@@ -78,11 +75,10 @@ class Driver:
     """
 
     lidar: bool
-    watch: float
 
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         sight = (Seen if self.lidar else Known)(world, np.random.default_rng(seed))
-        one = driver.drive(world, np.asarray(seed, np.uint32), sight, self.watch)
+        one = driver.drive(world, np.asarray(seed, np.uint32), sight)
         told = {"planner": "loop", "world": world.number, "kind": world.kind}
         return pj.drive.Outcome(one.touched, one.left, told | driver.told_of(one))
 
@@ -90,7 +86,7 @@ class Driver:
 def count(options: Options) -> str:
     """Drive fresh worlds; returns a table and what is said of the law."""
     done = pj.drive.drive_episodes(
-        Driver(options.lidar, options.watch),
+        Driver(options.lidar),
         Law(options.kinds),
         key_of(0),
         options.episodes,
@@ -110,16 +106,11 @@ def drive(options: Options) -> str:
         options.save.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
     told = list(map(json.loads, lines))
-    if not all("watch" in one for one in told):
-        raise pj.InputError(
-            f"{options.out}: expected drives of this driver; got those of one before it, which "
-            "remembered nobody. Choose another --out."
-        )
-    done = {(x["planner"], x["world"], x["phase"], x["lidar"], x["watch"]): x for x in told}
+    done = {(x["planner"], x["world"], x["phase"], x["lidar"]): x for x in told}
     # the worlds of all kinds alternate, so that an unfinished run has some of each
     shown = sorted(options.worlds or numbers(), key=lambda number: (number % 20, number))
     asked = [
-        (planner, number, phase, options.lidar, options.watch)
+        (planner, number, phase, options.lidar)
         for phase in range(options.first_phase, options.first_phase + options.phases)
         for number in shown
         for planner in options.planners

@@ -22,7 +22,6 @@ from sims.barn.contact import distance_to_cylinders
 from sims.dynabarn import guidance
 from sims.dynabarn import movers as walking
 from sims.dynabarn import robot as jackal
-from sims.dynabarn.plain import stand
 from sims.dynabarn.sight import Known, Seen, Sighting
 from sims.dynabarn.worlds import RADIUS, START, TIMEOUT, World, clearances, reached
 from sims.jackal.driven import Driven
@@ -87,14 +86,11 @@ def loop() -> pj.drive.Loop:
     return made
 
 
-def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> Drive:
-    """Drive from the start to the goal, or until something is touched or the time is out. watch:
-    [s] for which it stands and looks before.
-    """
+def drive(world: World, key, sight: Known | Seen) -> Drive:
+    """Drive from the start to the goal, or until something is touched or the time is out."""
     planner, system = loop(), jackal.robot()
     planner.restart()
     robot = Driven(system, START, key)
-    stand(robot, sight, watch)
     steps, claims, plan_s, touched = [], [], [], False
     while robot.time + HELD <= TIMEOUT and not reached(robot.pose) and not touched:
         before = len(robot.path) - 1

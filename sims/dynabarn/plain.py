@@ -119,20 +119,12 @@ def best(pose, speeds, before, asked, movers, now: float, unseen: float) -> np.n
     return (costs(places, movers) + behind).min(axis=0)
 
 
-def stand(driven: Driven, sight: Known | Seen, seconds: float) -> None:
-    """Stand where nobody walks, and look at those who do."""
-    while driven.time < seconds - 1e-9:
-        sight.look(driven)
-        driven.drive(HELD)
-
-
-def drive(world: World, key, sight: Known | Seen, watch: float = 0.0) -> dict:
+def drive(world: World, key, sight: Known | Seen) -> dict:
     """Drive from the start to the goal, or until something is touched or the time is out, with a
-    new command as often as the loop; what came of it. watch: [s] for which it stands and looks.
+    new command as often as the loop; what came of it.
     """
     system, asked, command = robot(), commands(), np.zeros(2)
     driven, touched = Driven(system, START, key), False
-    stand(driven, sight, watch)
     while driven.time < TIMEOUT and not reached(driven.pose) and not touched:
         first = len(driven.path) - 1
         around, now = [*sight.look(driven), *sight.hidden], driven.time

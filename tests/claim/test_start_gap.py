@@ -104,7 +104,27 @@ def test_runs_that_no_key_changes_are_told_of(simulate):
     assert (told in ledger_of_tests(claim, np.zeros(20))) == (simulate is gust_of_one_seed)
     seen, fresh = (pj.learning.collect(cart, jax.random.PRNGKey(i), 30, quiet=True) for i in (5, 6))
     _, after = pj.learning.update(claim, net, seen, fresh)
+    # the system of that name may be another one since, in which something changes
+    told = f"{told[:-1]}; tried before an update)"
     assert (told in after.details()) == (simulate is gust_of_one_seed)
+
+
+def test_a_system_in_jax_that_reads_no_key_is_told_of():
+    class Gusts:
+        def __init__(self, one_key):
+            self.one_key = one_key
+
+        domain = pj.box([0.5, -0.3], [1.0, 0.3])
+        time = pj.learning.time_grid(0.5, 1.0, 0.25)
+        name, n_p, n_q = "gusts", 2, 0
+
+        def rollout(self, key, k):
+            gust = jax.random.uniform(jax.random.PRNGKey(0) if self.one_key else key, (2,))
+            return pj.Trajectory(jnp.outer(jnp.linspace(0.0, 1.0, 5), k + gust), k[:0])
+
+    for one_key in (True, False):
+        claim = allow_for_start(line_model(4, 0.1).claim, try_starts(Gusts(one_key), KEY, 0.0))
+        assert ("NO_DISTURBANCE" in claim.details()) == one_key
 
 
 def test_runs_that_fail_under_every_key_hide_no_other():

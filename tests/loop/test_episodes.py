@@ -464,6 +464,14 @@ def test_a_drive_that_its_seed_does_not_touch_is_told():
     once = asked(lambda world, seed: Toy()(world, np.zeros(2, np.uint32)), 8).details()
     assert "by another seed, the same: of its drive no randomness was seen)" in once
     assert "no randomness" not in asked(Toy(), 8).details()
+    drawn = np.random.default_rng(0)  # of no seed of an episode
+
+    def counting(world, seed):
+        one = Toy()(world, np.zeros(2, np.uint32))
+        return one._replace(told={"x": drawn.uniform()})
+
+    said = asked(counting, 8).details()
+    assert "by another seed, the same but for x: of its drive no other randomness was seen)" in said
 
 
 def test_looks_share_delta_and_others_are_refused():

@@ -339,13 +339,6 @@ def test_tubes_of_movers_are_the_same_on_another_processor():
     assert len(told) == 1
 
 
-def test_drives_of_a_driver_before_are_not_counted_as_of_this_one(tmp_path):
-    old = tmp_path / "old.jsonl"
-    old.write_text('{"planner": "loop", "world": 1, "phase": 0, "lidar": false}\n')
-    with pytest.raises(pj.InputError, match="Choose another --out"):
-        shell.drive(shell.Options(worlds=(1,), out=old))
-
-
 def test_worlds_share_as_many_ways_as_the_page_tells():
     walked = [
         (number, track.places)

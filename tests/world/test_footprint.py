@@ -96,6 +96,9 @@ def test_a_scene_file_has_the_places_of_a_footprint(kind, tmp_path):
     assert again.body == scene.body and len(again.body.places) == 5
     with pytest.raises(InputError, match="body: expected the footprint that the model was"):
         query(again, slides(robot, 0.8 * robot.places), [0.0, 0.0]).nominal()
+    other = scene.replace(body=robot.body.replace(places=(("corner 9", 1.0, 0.0),)))
+    with pytest.raises(InputError, match=r"places of points of the model, base, .*'corner 9'"):
+        query(other, slides(robot, robot.places), [0.0, 0.0]).nominal()
     twice = robot.body.replace(places=(*robot.body.places, ("base", 1.0, 0.0)))
     with pytest.raises(InputError, match="places: expected each point at one place"):
         pj.exchange.save_problem(path, pj.reach_avoid(goal, [], twice))

@@ -129,6 +129,13 @@ def test_a_stated_coordinate_system_is_refused(code):
             convex_pieces(one)
 
 
+def test_geojson_in_degrees_is_refused_though_it_states_nothing():
+    """GeoJSON's own coordinates are degrees: a yard of 100 m is an obstacle of a millimetre."""
+    yard = np.array([8.5417, 47.3769]) + 1e-3 * np.array([*SQUARE, SQUARE[0]])
+    with pytest.raises(InputError, match=r"outlines of at most 0\.\d+ m. Are they degrees"):
+        convex_pieces({"type": "Polygon", "coordinates": [yard.tolist()]})
+
+
 def test_coordinate_systems_of_other_libraries_are_refused():
     """Shapely's number, as PostGIS gives it, and what GeoPandas has."""
     marked = shapely.set_srid(shapely.Polygon(SQUARE), 4326)

@@ -189,8 +189,9 @@ def told_again(done: dict[int, Driven], more: Sequence[Driven], n: int) -> str:
                 "one, or reads a clock: cure that, begin each episode anew, and drive all again."
             )
     same = 0 in done and n in others and not done[0].differs(others[n]) - clock
-    other = "the same: of its drive no randomness was seen" if same else "otherwise"
     but = f" but for {', '.join(sorted(clock))}" if clock else ""
+    none = f"of its drive no {'other ' * bool(clock)}randomness was seen"
+    other = f"the same{but}: {none}" if same else "otherwise"
     return f"{len(others) - 1:,} driven again, the same{but}; the first, by another seed, {other}"
 
 

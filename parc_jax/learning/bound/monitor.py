@@ -389,6 +389,8 @@ def update(
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
     # by their subject fresh runs of a seed are of that system; recorded ones show what disturbs
-    said += tuple(x for x in claim.assumptions if x == ALIKE and fresh.seed is not None)
+    alike = f"{ALIKE[:-1]}; tried before an update)"  # of runs alone it cannot be tried again
+    some = fresh.seed is not None and {ALIKE, alike}.intersection(claim.assumptions)
+    said += (alike,) if some else ()
     known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)

@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
+from jax.interpreters.partial_eval import dce_jaxpr
 
 from parc_jax.checker.claim import OURS, STARTS
 from parc_jax.common.arrays import difference
@@ -26,7 +27,7 @@ from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.runs.simulate import simulator
+from parc_jax.learning.runs.simulate import is_traceable, simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
 from parc_jax.learning.systems.python_system import PythonSystem
@@ -188,8 +189,8 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     K = system.domain
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
-    alike = isinstance(system, PythonSystem) and all(
-        _alike(system, key, some) for some in (k[:1], k[1:])
+    alike = _reads_no_key(system) or (
+        isinstance(system, PythonSystem) and all(_alike(system, key, x) for x in (k[:1], k[1:]))
     )
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
@@ -223,6 +224,17 @@ def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
     lost = two.failed
     pairs = ((x[::2][~lost[::2]], x[1::2][~lost[::2]]) for x in (two.p, two.q))
     return (lost[::2] == lost[1::2]).all() and all((one == other).all() for one, other in pairs)
+
+
+def _reads_no_key(system: Any) -> bool:
+    """Is no output of the program of a system in JAX made from its key?"""
+    if not is_traceable(system):
+        return False
+    double = simulator(system).double
+    k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
+    with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
+        made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
+    return not dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))[1][0]
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:

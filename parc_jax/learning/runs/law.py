@@ -17,6 +17,7 @@ from parc_jax.common.spelling import exact, hex_floats, hex_text, nearest_floats
 from parc_jax.learning.labels import (
     PARTS,
     Labels,
+    axes_in_all,
     axes_of,
     labels_of,
     name_of,
@@ -204,6 +205,12 @@ class Subject:
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
             require_unit(label, unit)
+        told = [*chain(*(x for x in axes_in_all(self.labels.p, self.points) if len(x) == 1))]
+        if told != sorted(told):
+            raise InputError(
+                "labels of p: expected axes in the order x, y, z (east, north), as maps and scans "
+                f"have them; got {', '.join(self.labels.p)}, a mirrored world. Swap coordinates."
+            )
 
     @property
     def n_p(self) -> int:

@@ -41,7 +41,7 @@ from parc_jax.problem.robust.realisations import (
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.problem.world.moving import require_under_way
-from parc_jax.problem.world.outlines import Edge
+from parc_jax.problem.world.outlines import BASE, Edge
 
 SAME_PLACE = 1e-6  # [m] by which a footprint and a model may differ: of decimals, or of float32
 CACHED = 16  # robust models that a planner caches
@@ -165,6 +165,11 @@ def _require_places(body: Disc | Polygon | Body, model: TrajectoryModel) -> None
     the model's points cannot begin so far apart, with whatever heading.
     """
     told = body.places if isinstance(body, Body) and model.n_p == 2 else ()
+    for name in [name for name, *_ in told if name not in (BASE, *model.points)]:
+        raise InputError(
+            f"body: expected places of points of the model, {', '.join(model.points)}; got one of "
+            f"{name!r}. Is it misspelled?"
+        )
     told = [one for one in told if one[0] in model.points]
     if not told:
         return
@@ -264,7 +269,7 @@ def at_start(model: TrajectoryModel) -> np.ndarray:
 
 def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
     """A problem for a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
-    return Query(problem, model, None if at is None else pose_of(at, model))
+    return Query(problem, model, None if at is None else pose_of(at, model, 1))
 
 
 def nominal_problems(

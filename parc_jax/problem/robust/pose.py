@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import rounding_bound
 from parc_jax.learning.system import TURNS
 from parc_jax.problem.problem import Problem
-from parc_jax.problem.world.outlines import Edge
+from parc_jax.problem.world.outlines import Edge, require_turn
 
 ROUNDING = 2.0**-44  # of the terms of a row: far more than the rounding of a few products
 
@@ -39,10 +39,11 @@ class Pose(NamedTuple):
         return self.place if self.heading is None else np.append(self.place, self.heading)
 
 
-def pose_of(at, model: TrajectoryModel) -> Pose:
+def pose_of(at, model: TrajectoryModel, turns: int = 10) -> Pose:
     """A pose from x, y (and z), in the plane optionally followed by a heading.
 
-    Raises InputError, also for a heading where the model's system declares no rotation.
+    Raises InputError, also for a heading where the model's system declares no rotation, and for one
+    of more turns: odometry counts them, degrees look so.
     """
     values = as_float64("at", at, (None,))
     n_p = model.n_p
@@ -52,6 +53,7 @@ def pose_of(at, model: TrajectoryModel) -> Pose:
         names = "x, y or x, y, heading" if n_p == 2 else f"{n_p} coordinates"
         raise InputError(f"at: expected {names}; got {len(values)} numbers.")
     require_rotation(model, "at")
+    require_turn("at heading", values[2], turns)
     return Pose(values[:2], float(values[2]))
 
 

@@ -28,6 +28,7 @@ from parc_jax.problem.body import Body, Disc, Part, body_of
 if TYPE_CHECKING:
     import shapely
 
+TINY = 5e-3  # [m] outlines of this size are 500 m of degrees
 FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
 
 
@@ -56,7 +57,17 @@ def outlines(name: str, value: object) -> list:
             )
     if not parts:
         raise InputError(f"{name}: expected at least one polygon or line; got none.")
+    if geometry is not value and (most := max(map(_extent, parts))) < TINY:
+        raise InputError(
+            f"{name}: expected metres; got outlines of at most {most:.2g} m. Are they degrees, as "
+            "GeoJSON has them? Project them, and subtract an origin."
+        )
     return parts
+
+
+def _extent(part: "shapely.Geometry") -> float:
+    x0, y0, x1, y1 = part.bounds
+    return max(x1 - x0, y1 - y0)
 
 
 def require_near(name: str, places: np.ndarray) -> None:
