@@ -61,7 +61,8 @@ class Shield(gymnasium.Wrapper):
     `certified_until`, whatever is proposed. [T38]
 
     model: its manoeuvres are an action for `every` seconds, then a brake to rest; k as of `Loop`.
-    system: the black box that the environment drives; refused where the model is of another one.
+    system: the black box that the environment drives; refused where it has another name, law or
+        sizes than the model's.
     body: as of `reach_avoid`. every: [s] of one step of the environment.
     sense: (environment, observation) -> Sensed, before each step.
     ask: action -> chosen parameters (n_chosen,) of the manoeuvre that begins with it.

@@ -127,7 +127,8 @@ class BatchShield:
                 "BatchShield: expected a model without an edge between bins at 0, where two of "
                 "them hold and a robot that stands begins; use Shield, or other bins."
             )
-        self._model, self._ask, self._act, self._every = model, ask, act, every
+        self._model, self._every = model, every
+        self._ask, self._act = lambda *x: _real("ask", ask(*x)), lambda *x: _real("act", act(*x))
         self._content = whole_digest([model, radius, every, room, far, ask, act])
         self._leaving = listed.leaving("every", model, every)
         given = listed.given_axes(model, None)
@@ -199,11 +200,11 @@ class BatchShield:
                 f"under_way: expected that of poses {seen.pose.shape}; got {last.pose.shape}."
             )
         finite = jnp.isfinite(action).all(axis=1, keepdims=True)
-        proposed = jnp.where(finite, _real("ask", jax.vmap(self._ask)(action)), jnp.nan)
+        proposed = jnp.where(finite, jax.vmap(self._ask)(action), jnp.nan)
         if proposed.shape != (wanted := (len(finite), len(self._chosen))):
             raise InputError(f"ask: expected chosen parameters {wanted}; got {proposed.shape}.")
         new, changed, reason = self._decide(last, seen, proposed)
-        driven = _real("act", jax.vmap(self._act)(new.k, new.steps * self._every, new.given))
+        driven = jax.vmap(self._act)(new.k, new.steps * self._every, new.given)
         return new.replace(steps=new.steps + 1), Driven(driven, changed, reason)
 
     def _seen(self, *of: Any) -> list[jax.Array]:

@@ -19,6 +19,7 @@ from parc_jax.problem.body import hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
 
@@ -99,6 +100,14 @@ def test_where_nothing_was_found_nothing_is_promised():
     assert starts == "All plans start with the heading of the model's runs."
     assert scene.startswith("It is of a body") and tube.startswith("(E) ASSUMED")
     assert repr(nothing()) == "<Answer for <b>toy</b> & co: not-found>"
+
+
+def test_coverage_that_was_not_measured_has_no_number():
+    """A first plan alone had "at least 0 %", with a confidence."""
+    measured, one = found(), found(coverage=nothing_covered(0.99), corridors=[])
+    assert "% of the model's safe set (confidence " in repr(measured)
+    assert "%" not in repr(one) and "confidence" not in repr(one)
+    assert "they cover was not measured" in one.summary()
 
 
 def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():

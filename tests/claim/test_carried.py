@@ -323,6 +323,11 @@ def test_names_of_recordings_do_not_slip_by_a_row(runs, tmp_path):
             continue
         with pytest.raises(pj.InputError, match=r"a name for each of 6 rows of k.csv, a line each"):
             pj.load_rollouts(tmp_path, runs.time, runs.domain)
+    # with the number of its row each run was a recording of its own
+    for text in (",group\n0,a\n1,a\n2,b\n3,b\n4,c\n5,c", "0,a\n1,a\n2,b\n3,b\n4,c\n5,c"):
+        (tmp_path / "groups.csv").write_text(text)
+        with pytest.raises(pj.InputError, match=r"groups.csv: expected (one column|a name for)"):
+            pj.load_rollouts(tmp_path, runs.time, runs.domain)
 
 
 def test_no_parameter_of_a_system_reads_as_a_fitted_K(runs):

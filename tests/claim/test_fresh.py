@@ -275,6 +275,8 @@ def test_a_monitor_counts_recordings(held, profile, train):
     with pytest.raises(InputError, match="numbers of several files"):  # of one name
         other = recorded(0.99 * train.k, train.p, train.q, train, groups=groups + 50)
         watch.observe(first).observe(other.select(slice(1, 2)))
+    with pytest.raises(InputError, match="expected recordings, as the claim counts; got runs"):
+        update(claim, NET, train, recorded(*parts), eps=0.1)
     runs = monitor(calibrate(NET, held, profile, eps=0.1), NET)
     assert runs.observe(train).seen == 100
     with pytest.raises(InputError, match="expected runs, as the claim counts; got recordings"):

@@ -303,7 +303,11 @@ def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_t
         asked(lambda *_: pj.drive.Outcome(False, ""), 1)
     with pytest.raises(InputError, match="None or a text; got False and '  '"):
         asked(lambda *_: pj.drive.Outcome(False, "  "), 1)
-    for touched, at in ((False, 3.0), (True, np.nan)):  # a time of what was not touched, or none
+    for hidden in ("\u200b", "drifted\naway"):
+        with pytest.raises(InputError, match="None or a text; got False and"):
+            asked(lambda *_, hidden=hidden: pj.drive.Outcome(False, hidden), 1)
+    # a time of what was not touched, or none
+    for touched, at in ((False, 3.0), (True, np.nan), (True, True)):
         with pytest.raises(InputError, match=f"a finite time; got {at}, touched {touched}"):
             asked(lambda *_, told=(touched, at): pj.drive.Outcome(told[0], touched_at=told[1]), 1)
 

@@ -301,6 +301,19 @@ def test_numbers_that_mean_nothing_are_refused(wrong):
         pj.drive.BatchShield(sims.point.model(), **door)
 
 
+@pytest.mark.parametrize("of", ["ask", "act"])
+def test_complex_numbers_of_its_functions_are_refused(of):
+    """Of a parameter half was dropped, and the action that was driven was complex."""
+    made = pj.drive.BatchShield(
+        sims.point.model(), **sims.point.sensing.batch_door() | {of: lambda *_: jnp.full(2, 1j)}
+    )
+    seen = np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 1, 4, 2)), np.zeros((1, 1), bool)
+    with pytest.raises(pj.InputError, match=f"{of}: expected real numbers; got complex ones"):
+        with jax.enable_x64(True):
+            one = jax.eval_shape(made.start, *seen)
+            jax.eval_shape(made.step, one, *seen, np.zeros((1, 2)))
+
+
 def test_what_comes_in_float32_is_computed_in_float64(batch):
     """As Brax has it: margins pay for the rounding of float64 alone."""
     made, *_ = batch

@@ -85,10 +85,15 @@ def test_the_corridors_of_an_answer_are_on_its_page():
     answer = toy_query.answer()
     data = page_data(answer)
     assert len(data["corridors"]) == len(answer.corridors) > 0
-    assert data["corridor_share"] == answer.coverage.at_least > 0 and data["set"] == "the model's safe set"
+    assert (
+        data["corridor_share"] == answer.coverage.at_least > 0
+        and data["set"] == "the model's safe set"
+    )
     some = SimpleNamespace(box=np.zeros((2, 4)))
     found = replace(answer, cover=answer.cover._replace(within=some))
-    assert page_data(found)["set"].endswith("around what a search found") and page_data(found)["set"] in repr(found)
+    assert page_data(found)["set"].endswith("around what a search found") and page_data(found)[
+        "set"
+    ] in repr(found)
     for corridor, part in zip(answer.corridors, data["corridors"], strict=True):
         ((first, end, w, support),) = data["directions"][part["sep"]][0][:1]
         assert w == corridor.w[0, first].tolist() and support == corridor.support[0, first]

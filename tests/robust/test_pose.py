@@ -279,7 +279,7 @@ def test_what_is_no_pose_is_refused(asked):
     planner = Planner(model)
     with pytest.raises(InputError, match="at: expected x, y or x, y, heading; got 4 numbers"):
         planner.solve(problem, KEY, SMALL, at=[*at, 1.0])
-    with pytest.raises(InputError, match=r"at heading: expected rad, at most 6.3; got 45. Is it"):
+    with pytest.raises(InputError, match=r"at heading: expected rad, at most 12.6; got 45. Is it"):
         planner.solve(problem, KEY, SMALL, at=[*at[:2], 45.0])
     plain_model = told(model, rotation=None)
     with pytest.raises(InputError, match="at: expected a planar system that declares rotation"):

@@ -244,6 +244,10 @@ def test_numbered_columns_are_those_of_their_point(tmp_path):
     for fits in ("x1,y1,x2,y2", "x,y,x_1,y_1", "rear_2_x,rear_2_y,front_1_x,front_1_y"):
         points = both[::-1] if fits.startswith("rear") else both
         one_file(tmp_path, fits, 4, points)
+    left = ("front left", "rear left")  # by glued names, too
+    one_file(tmp_path, "frontleft_x,frontleft_y,rearleft_x,rearleft_y", 4, left)
+    with pytest.raises(InputError, match="in the order of points, rear left, front left"):
+        one_file(tmp_path, "frontleft_x,frontleft_y,rearleft_x,rearleft_y", 4, left[::-1])
     for mixed, points in (("x2,y2,x1,y1", both), ("x1,y2,x2,y1", both), ("x1,y2", None)):
         with pytest.raises(InputError, match="in the order of points"):
             one_file(tmp_path, mixed, 2 if points is None else 4, points)

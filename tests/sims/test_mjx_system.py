@@ -95,3 +95,7 @@ def test_two_models_are_two_subjects():
         return qpos[:0] + 0
 
     assert mjx_system(MODEL, other, DOMAIN, TIME).law["controller"] != laws[0]["controller"]
+    changed = mjx_system(MODEL, none, DOMAIN, TIME)
+    changed.model.geom_size[:] *= 3  # it had the law of the first
+    with pytest.raises(InputError, match="expected the model as it was built; it was changed"):
+        jax.eval_shape(changed.rollout, jax.random.PRNGKey(0), jnp.zeros(len(DOMAIN.lo)))

@@ -114,6 +114,7 @@ def test_a_stated_coordinate_system_is_refused(code):
     gathered = {"type": "GeometryCollection", "geometries": [square]}
     for one in (
         square | {"crs": crs},
+        feature | {"coordRefSys": f"http://www.opengis.net/def/crs/{code}"},
         feature | {"crs": crs},
         feature | {"geometry": square | {"crs": crs}},
         whole | {"crs": crs},

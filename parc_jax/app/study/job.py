@@ -25,6 +25,7 @@ from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.start_gap import trial_of, try_starts
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic

@@ -71,7 +71,8 @@ def in_short(c: "ErrorClaim") -> str:
     where = f" in {of - without} of {of} bins" if without else ""
     of = f"k drawn from all of {p['box']}" if p["k"] == "uniform on K" else f"k {p['k']}"
     by = f"by one run of a new recording, {of}" if "rows" in p else f"by a run, {of}"
-    return f"left with probability ≤ {probability(p['eps'])} {by}{where}, confidence {confidence_of(p)}"
+    most, sure = probability(p["eps"]), confidence_of(p)
+    return f"left with probability ≤ {most} {by}{where}, confidence {sure}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:

@@ -269,7 +269,7 @@ def at_start(model: TrajectoryModel) -> np.ndarray:
 
 def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
     """A problem for a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
-    return Query(problem, model, None if at is None else pose_of(at, model, 1))
+    return Query(problem, model, None if at is None else pose_of(at, model, 2))
 
 
 def nominal_problems(

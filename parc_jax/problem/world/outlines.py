@@ -98,7 +98,7 @@ def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
             told.append(f"SRID {srid}")
         one = getattr(one, "__geo_interface__", one)
         if isinstance(one, dict):
-            told.append(one.get("crs"))
+            told += [one.get("crs"), one.get("coordRefSys")]  # of GeoJSON of 2008, of JSON-FG
             inside += [one.get("geometry"), *one.get("features", []), *one.get("geometries", [])]
     if any(told):
         raise InputError(

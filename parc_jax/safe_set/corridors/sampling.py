@@ -53,8 +53,8 @@ HOPELESS = 50_000  # drawn with fewer safe ones than FEW: other means have to lo
 RARE_DRAW = 8192  # at most while hardly any was safe: seconds are looked at between draws
 FEW = 10  # a look of ENOUGH safe ones would take 10^8 draws and more
 SOME = 100  # safe plans seen before a draw may be as large as it wants
-# fresh safe plans of a look that may end a search: a share of three quarters of a 1 % target is told
-# from it; fewer cost more looks, and the corridors that are built meanwhile
+# fresh safe plans of a look that may end a search: three quarters of a 1 % target are told from it;
+# fewer cost more looks, and the corridors that are built meanwhile
 ENOUGH = 16_000
 EXPLORING = 2000  # of any other, which only says where to build
 # safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
