@@ -8,7 +8,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.common.errors import InputError, is_text
-from parc_jax.learning.labels import axes_of, labels, labels_of, name_of, unit_of
+from parc_jax.learning.labels import axes_of, labels, labels_of, name_of, require_unit, unit_of
 from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.problem.problem import Span
 from parc_jax.problem.problem_file import labelled, load_problem, save_problem
@@ -74,10 +74,49 @@ def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
     subject(*about, {"p": ("x (rear axle)", "bottom"), "q": ("yaw (world)", "wind (deg)")})
     for p in ("px,py", "x0,y0", "tx,ty", "x_t,y_t", "t x,t y", "index x [m],angle bracket y [m]"):
         assert subject(*about, {"p": p.split(",")}).labels.p == tuple(p.split(","))
-    with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):
+    with pytest.raises(InputError, match="which tells of"):
         subject(*about, wrong)
-    with pytest.raises(InputError, match=r"Tell the numbers and their label in|which tells of"):
+    with pytest.raises(InputError, match="which tells of"):
         named.with_labels(wrong)
+
+
+UNITS = (
+    "X-mm|x.mm|x/mm|x;mm|x_Mm|xMM|xmm|posXMm|x1Mm|mm x|x in|x (in)|x in inches|inches_x|x_feet|"
+    "x foot|x_millimeters|x centimetre|x_um|x µm|x_dm|x_cells|x°|x %|pixel_x|screenX|grid_x|u_x|"
+    "x mm raw"
+)
+SAID = (
+    "odom.vel.x|xVel|velx|twist.linear.x|x_dot|xdot|x_rate|force_x|gyro_x|angular.x|err_x|cmd_x|x_std|"
+    "cov_x|x_goal|target_x|target x [m]|x_ref|x_rad|orientation.x"
+)
+FINE = (
+    "x|X|posX|robotX|xM|xm|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
+    "tx|base_link_x|front left x|left foot x|foot in map x|east|northing|x1|index finger x [m]|px|"
+    "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|reference x|utm_x"
+)
+DEGREES = (
+    "headingDeg|yawDegrees|deg heading|headingdeg|heading in degree|Heading Degs|yaw°|theta/deg"
+)
+
+
+@pytest.mark.parametrize(
+    ("unit", "wrong", "fine"),
+    [
+        ("m", f"{UNITS}|{SAID}", FINE),
+        (
+            "rad",
+            f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]",
+            "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle|q0",
+        ),
+    ],
+)
+def test_every_word_of_a_name_tells_its_unit_or_that_it_is_no_place(unit, wrong, fine):
+    """However they are parted: columns in mm were read as m, and goals as where a robot was."""
+    for label in wrong.split("|"):
+        with pytest.raises(InputError, match=f"in .{unit}., as its numbers are read"):
+            require_unit(label, unit)
+    for label in fine.split("|"):
+        require_unit(label, unit)
 
 
 LINES = "It stands.\n(V) With confidence 0.999999 a plan fails with probability at most 1e-9."

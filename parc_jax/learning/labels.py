@@ -10,16 +10,23 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
-# in any brackets at a label's end, or behind its name
-OTHER_UNITS = "mm cm km ft feet inch inches yd px pixel pixels deg degrees ° ms".split()
-NO_PLACE = {*HEADINGS, *"t time stamp timestamp sec index angle pitch roll latitude".split()}
-NO_PLACE |= {*"longitude lat lon speed velocity vel vx vy vz acc accel".split()}
-NO_PLACE |= {*"acceleration qw qx qy qz quaternion".split()}
+# told in another unit, where none is behind the name
+OTHER_UNITS = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile px pixel deg degree ° %".split()}
+OTHER_UNITS |= {*"ms rev cell grid screen image norm linear angular twist u v force gyro".split()}
+OTHER_UNITS |= {f"{x}met{y}" for x in "micro milli centi deci kilo".split() for y in ("er", "re")}
+LAST = {"in", "foot"}  # units as the last word: no `heading in rad`, `left foot x`
+ANGLES = {*HEADINGS, *"angle pitch roll orientation rotation rad radian".split()}
+NO_PLACE = {*"t time stamp timestamp sec index latitude longitude lat lon speed velocity".split()}
+NO_PLACE |= {*"vel vx vy vz acc accel acceleration dot rate qw qx qy qz quaternion std var".split()}
+NO_PLACE |= {*"cov covariance err error goal target cmd command desired setpoint ref".split()}
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
 _AROUND = "pos|position|coord|coordinate"
 _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
+_NAME = "|".join((_GLUED.pattern, *HEADINGS))
+_TOLD = "|".join(sorted(OTHER_UNITS | LAST | ANGLES | NO_PLACE))
+_JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|met(?:er|re))(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
 PARTS = ("p", "q", "k")
 
 
@@ -47,10 +54,8 @@ class Labels(NamedTuple):
     @property
     def heading(self) -> int | None:
         """Index in q of the final heading [rad], by its name (HEADINGS); None for none."""
-        for i, label in enumerate(self.q):
-            if unit_of(label) == "rad" and not {*HEADINGS}.isdisjoint(words_in(label)):
-                return i
-        return None
+        named = (i for i, x in enumerate(self.q) if {*words_in(x)} & {*HEADINGS})
+        return next((i for i in named if unit_of(self.q[i]) == "rad"), None)
 
 
 def labels(
@@ -101,8 +106,9 @@ def unit_of(label: str) -> str:
 
 
 def words_in(label: str) -> list[str]:
-    """The words of its name, in lower case; `xPos`, `x_pos` and `x pos` have two."""
-    return re.findall(r"[^\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name_of(label)).lower())
+    """The words of its name, in lower case, units in the singular: two of `xPos`, `x_mm`, `xmm`."""
+    name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|_", " ", name_of(label)).lower()
+    return re.findall(r"[^\W_]+|[°%]", _JOINED.sub(r"\1 \3\4 \5", name))
 
 
 def axes_in(label: str) -> set[str]:
@@ -126,21 +132,18 @@ def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]
 
 
 def require_unit(label: str, unit: str) -> None:
-    """Raises InputError for a label that tells another unit, or for [m] what is no place."""
-    last, words = re.split(r"[ _(\[]", label.rstrip(")]"))[-1], words_in(label)
-    last = words[-1] if words and last.endswith(words[-1].title()) else last  # `headingDeg`
-    # beside an axis: `x_t`, and `index finger x [m]`, but no `x_index`
-    beside = ["t", *["index", "angle"] * (unit_of(label) == unit)] if axes_in(label) else ()
-    if unit == "m" and (no := next((x for x in words if x in NO_PLACE and x not in beside), "")):
-        raise InputError(
-            f"labels: expected places in m, axis by axis; got {label!r}, which tells of {no}. "
-            "A heading is q, with rotation; times and speeds are left out."
-        )
-    alone = words == [last] and axes_in(label)  # `px` of `px, py`
-    if unit_of(label) not in ("", unit) or (last in OTHER_UNITS and not alone):
+    """Raises InputError for a label of another unit, or of no place [m] or heading [rad]."""
+    words, own = words_in(label), unit_of(label)
+    no = NO_PLACE | (ANGLES if unit == "m" else set())
+    if axes_in(label) or unit == "rad":  # `x_t`, and `index finger x [m]`, but no `x_index`
+        no = no - {"t", *["index", "angle"] * (own == unit)}
+    if not own and words != ["px"]:  # `px` of `px, py`
+        no = no | OTHER_UNITS | LAST.intersection(words[-1:])
+    if told := [own] * (own not in ("", unit)) or [word for word in words if word in no]:
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
-            f"{label!r}. Tell the numbers and their label in {unit}."
+            f"{label!r}, which tells of {told[0]}. Tell places in m, axis by axis, and their label "
+            "in m. A heading is q, with rotation, in rad; times, speeds and goals are left out."
         )
 
 

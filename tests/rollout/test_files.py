@@ -177,7 +177,7 @@ def test_columns_of_several_points_are_theirs_and_in_metres(batch, tmp_path):
         ("y,x", "got 'y' for x of reference"),
         ("north [m],east [m]", r"got 'north \[m\]' for x"),
         ("latitude,longitude", "'latitude', which tells of latitude"),
-        ("x,yaw", "'yaw', which tells of yaw. A heading is q, with rotation"),
+        ("x,yaw", "'yaw', which tells of yaw.* A heading is q, with rotation"),
         ("timeStamp,x", "'timeStamp', which tells of time"),
         ("posX,posZ", "got 'posZ' for y"),
         ("along,aside", r"got 'along' for x of reference"),
@@ -339,8 +339,64 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
     (tmp_path / "group.csv").unlink()
     k = np.column_stack([batch.k[:3], [1, 1, 2]])
     np.savetxt(tmp_path / "k.csv", k, header="speed,angle,Recording", **head)
-    with pytest.raises(InputError, match=r"got a column 'recording'.*groups\.csv"):
+    with pytest.raises(InputError, match=r"got 'Recording', which tells a run's.*groups\.csv"):
         load_rollouts(tmp_path, GRID)
+
+
+def folder_of(path, k, p, header):
+    (path / "p").mkdir(exist_ok=True)
+    np.savetxt(path / "k.csv", k, delimiter=",", header=header, comments="")
+    for i, track in enumerate(p):
+        np.savetxt(path / "p" / f"{i:03d}.csv", track, delimiter=",")
+    return load_rollouts(path, GRID)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["index", "ID", "run_id", "timestamp", "time [s]", "t", "Unnamed: 0", "header.stamp.sec"],
+)
+def test_columns_that_tell_of_runs_their_row_or_time_are_no_parameters(batch, tmp_path, name):
+    k = batch.k[::-1]  # neither goes on evenly
+    said = re.escape(f"got {name!r}, which tells a run's row, recording or time")
+    with pytest.raises(InputError, match=said):
+        folder_of(tmp_path, k, batch.p, f"speed,{name}")
+    np.savez(tmp_path / "log.npz", k=k, p=batch.p)
+    with pytest.raises(InputError, match=said):
+        load_rollouts(tmp_path / "log.npz", GRID, labels={"k": ("speed", name)})
+    for fine in ("time banked [s]", "t_brake", "way"):
+        assert folder_of(tmp_path, k, batch.p, f"speed,{fine}").labels.k[1] == fine
+
+
+@pytest.mark.parametrize("column", [np.arange(30), 7 - np.arange(30), 1.7e9 + 3.0 * np.arange(30)])
+def test_a_column_that_counts_the_rows_beside_others_is_no_parameter(batch, tmp_path, column):
+    """A claim was over row numbers 1 to 399. Sweeps alone, with a unit, or in parts are fine."""
+    k, p = batch.k.copy(), batch.p
+    k[:, 1] = column
+    for header in ("", "speed,turn"):
+        with pytest.raises(InputError, match="which tells a run's row, recording or time"):
+            folder_of(tmp_path, k, p, header)
+    assert folder_of(tmp_path, k, p, "speed,turn [deg]").n_k == 2
+    for fine in (k[:9], k[:, 1:], np.c_[np.ones(30), column], np.c_[batch.k[:, 0], column / 8.0]):
+        np.savez(tmp_path / "log.npz", k=fine, p=p[: len(fine)])
+        assert load_rollouts(tmp_path / "log.npz", GRID).n == len(fine)
+
+
+@pytest.mark.parametrize("stamp", [0.0, 1.7e9, 1.7e18])
+@pytest.mark.parametrize("at", [0, 2])
+def test_a_time_without_a_name_is_no_place(batch, tmp_path, stamp, at):
+    """t, x, y were a place in space. A name tells what rises so, as of a cart on a rail."""
+    t = stamp + (1e9 if stamp > 1e12 else 1.0) * np.linspace(0.0, 1.0, GRID.n_record + 1)
+    p = np.insert(batch.p, at, t, axis=2)
+    p[3, 9:] = np.nan
+    with pytest.raises(InputError, match=f"column {at} of p rises alike in all runs, as a time"):
+        folder_of(tmp_path, batch.k, p, "")
+    np.savez(tmp_path / "log.npz", k=batch.k, p=p)
+    with pytest.raises(InputError, match=f"column {at} of p rises alike in all runs, as a time"):
+        load_rollouts(tmp_path / "log.npz", GRID)
+    named = load_rollouts(tmp_path / "log.npz", GRID, labels={"p": ("x [m]", "y [m]", "z [m]")})
+    assert named.subject.n_p == 3
+    np.savez(tmp_path / "log.npz", k=batch.k, p=np.repeat(p[..., [at]], 2, axis=2))
+    assert load_rollouts(tmp_path / "log.npz", GRID).n == batch.n  # all of them rise so
 
 
 def test_headings_in_degrees_are_refused(batch, tmp_path):

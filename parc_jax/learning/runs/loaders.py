@@ -15,7 +15,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
 from parc_jax.learning.runs.independent import check_uniform
 from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
-from parc_jax.learning.runs.tables import folder_arrays
+from parc_jax.learning.runs.tables import check_parameters, folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
@@ -130,6 +130,8 @@ def _assemble(
     if isinstance(known := arrays.get("labels", {}), np.ndarray):
         raise InputError(f"{path}: expected no array named labels; got one. Say labels= instead.")
     read = {part: words for part, words in known.items() if words is not None}
+    if "p" not in read.keys() | words_of(about["labels"]).keys():
+        _check_no_time(path, p.reshape(*p.shape[:2], -1))
     if "p" in read:
         _check_columns(path, read["p"], named)
         if len(named) > 1:  # a name per coordinate of every point
@@ -148,16 +150,13 @@ def _assemble(
 
 
 def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
-    """Refuse names of columns that are in no metres, of another axis or point, or of no axis and
-    without a unit. Raises InputError.
-    """
+    """Refuse columns that tell no metres, or another axis or point, or none. Raises InputError."""
     words = {x: f" {' '.join(words_in(x))} " for x in (*columns, *points)}
     glued = {x: f" {words[x].replace(' ', '')} " for x in points}  # `rearleft_x` of rear left
     n_p = len(columns) // len(points)
-    told = axes_in_all(columns, points)
-    named = zip(columns, told, strict=True)
+    named = [*zip(columns, axes_in_all(columns, points), strict=True)]
     numbers = [[int(n) for n in re.findall(r"\d+", name_of(x)) if axes] for x, axes in named]
-    for i, (column, axes) in enumerate(zip(columns, told, strict=True)):
+    for i, (column, axes) in enumerate(named):
         require_unit(column, "m")
         own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
         said = [x for x in points if words[x] in words[column] or glued[x] in words[column]]
@@ -169,6 +168,18 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
                 f"{', '.join(points)}, of each x, y, z, by these names or as 'ahead [m]'; got "
                 f"{column!r} for {axis or 'axis'} of {own}."
             )
+
+
+def _check_no_time(path: Path, p: np.ndarray) -> None:
+    """Refuse a column without a name that rises as one line in all runs. Raises InputError."""
+    since = (p - p[:, :1])[np.isfinite(p).all(axis=(1, 2))]
+    alike = np.isclose(since, since[:1], rtol=1e-4).all(axis=(0, 1))  # stamps in float64
+    times = alike & (np.diff(since, axis=1) > 0.0).all(axis=(0, 1))
+    if times.any() and not alike.all():
+        raise InputError(
+            f"{path}: expected places in m; column {times.argmax()} of p rises alike in all runs, "
+            "as a time does. Leave it out, or name the columns, as x and y."
+        )
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
@@ -209,6 +220,7 @@ def recorded(
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
+    check_parameters(owner, batch.k, batch.subject.labels.k)
     _check_turns(owner, batch)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
@@ -228,9 +240,7 @@ def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
 
 
 def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
-    """Names of the reference points whose coordinates are in p (n, n_record + 1, n_p) or (n,
-    n_record + 1, m, n_p). Raises InputError.
-    """
+    """Names of reference points of p (n, n_record + 1, n_p) or (.., m, n_p). Raises InputError."""
     if given is None:
         if p.ndim == 3 or p.shape[2] == 1:
             return ONE_POINT
@@ -249,11 +259,10 @@ def _numbers(path: Path, name: str, values) -> np.ndarray:
     try:
         array = np.asarray(real(values), np.float64)
     except NO_NUMBER:
-        if np.asarray(values).dtype.kind == "c":
-            raise InputError(
-                f"{path}: expected {name} to be an array of real numbers; they are complex."
-            ) from None
-        raise InputError(f"{path}: expected {name} to be one array of numbers. {RAGGED}") from None
+        why = "They are complex." if np.asarray(values).dtype.kind == "c" else RAGGED
+        raise InputError(
+            f"{path}: expected {name} to be one array of real numbers. {why}"
+        ) from None
     largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
     if largest > LARGEST:
         raise InputError(

@@ -3,15 +3,19 @@
 import csv
 import itertools
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from parc_jax.common.errors import InputError, reading
+from parc_jax.learning.labels import unit_of, words_in
 from parc_jax.learning.runs.files import RAGGED
 
 TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
+_ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq time timestamp stamp".split()}
+_ROWS |= {*"t sec nsec nanosec ms ns epoch date datetime unix 0".split()}  # pandas' `Unnamed: 0`
 
 
 def folder_arrays(path: Path) -> dict:
@@ -30,10 +34,6 @@ def folder_arrays(path: Path) -> dict:
     if not (path / "k.csv").exists() or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
     k, k_names = _csv(path / "k.csv")
-    for name in {*map(str.lower, k_names or ())} & {*_HEADERS}:
-        raise InputError(
-            f"{path}: expected parameters in k.csv; got a column {name!r}. Is it groups.csv?"
-        )
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
@@ -54,6 +54,19 @@ def folder_arrays(path: Path) -> dict:
     if (path / "groups.csv").exists():
         arrays["groups"] = _groups(path / "groups.csv", len(k))
     return arrays
+
+
+def check_parameters(owner: str | Path, k: np.ndarray, names: Sequence[str]) -> None:
+    """Refuse a run's row, recording or time, by name or as it counts. Raises InputError."""
+    steps = np.diff(k, axis=0)
+    even = (steps == steps[:1]).all(axis=0) & (len(k) >= 10)
+    counts = even & (steps != 0.0).all(axis=0) & (k == np.round(k)).all(axis=0) & ~even.all()
+    for name, count in zip(names, counts, strict=True):
+        if {*words_in(name)} <= _ROWS or (count and not unit_of(name)):
+            raise InputError(
+                f"{owner}: expected parameters as k, with units; got {name!r}, which tells a run's "
+                "row, recording or time. Leave it out; recordings are groups, as in groups.csv."
+            )
 
 
 def _groups(path: Path, n: int) -> np.ndarray:
