@@ -136,8 +136,8 @@ def about_file(found: bool, robust: bool, pose: bool, rests: bool) -> str:
     pose in the world or a moment of the clock, and obstacles that rest on more; empty for nothing.
     """
     words = {
-        "how much of the safe set is covered, its share of all plans and the risk that rests on "
-        "it": found,
+        "how much of the safe set is covered, its share of all plans, the risk that rests on it, "
+        "and what was looked at before": found,
         "what obstacles rest on": rests,
         "the uncertainty that the scene allows for": robust,
         "the place of the robot's frame in the world, and the moment when a plan begins": pose,
@@ -196,12 +196,19 @@ def all_plans(from_here: bool, box: str) -> str:
 
 
 def about_share(
-    share: Share | None, safe: int, *, from_here: bool, around: bool, box: str = "K"
+    share: Share | None,
+    safe: int,
+    *,
+    from_here: bool,
+    around: bool,
+    box: str = "K",
+    doubt: bool = False,
 ) -> str:
     """The number to tune by: the share that the tube leaves of all plans, and obstacles of that.
 
     safe: draws that were safe; of a few no estimate is stated. from_here: all plans have one start.
-    around: draws were made in a place alone, and only plans in it are counted. box: of k.
+    around: draws were made in a place alone, and only plans in it are counted. box: of k. doubt: it
+    is of plans for all that is uncertain.
     """
     if share is None:
         return "what share of the plans was not measured"
@@ -214,7 +221,8 @@ def about_share(
     if around:
         return f"{text}, counting only those around what a search found"
     left = share.share / share.reaching if share.reaching else 0.0
-    return f"{text}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(left)} of that"
+    tube = "the tube, with all that is uncertain," if doubt else "the tube"
+    return f"{text}: {tube} leaves {_percent(share.reaching)}, obstacles {_percent(left)} of that"
 
 
 def _percent(share: float) -> str:
@@ -300,7 +308,9 @@ def set_of(answer, name: str = "the model's safe set") -> str:
     tube = " under a tube that runs may leave" if claim.kind == VALIDATED else ""
     box = "" if claim.law.box == "K" else f" with k in {claim.law.box}"
     around = "" if answer.cover.within is None else " around what a search found"
-    return f"{name}{tube}{box}{around}"
+    doubt = "" if answer.scene.nominal.uncertainty is None else " for all that is uncertain"
+    start = "" if answer.scene.at is None else " from one start"
+    return f"{name}{tube}{box}{doubt}{start}{around}"
 
 
 def summary(answer, drawn: str) -> str:
@@ -317,6 +327,7 @@ def summary(answer, drawn: str) -> str:
             from_here=answer.scene.at is not None,
             around=cover.within is not None,
             box=answer.model.claim.law.box,
+            doubt=asked.uncertainty is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
         lines.append(f"Safe: {share}.")
@@ -326,9 +337,9 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
-        if not answer.model.claim.tube.claimed.all():
-            none = answer.model.claim.premises["open bins"]
-            lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
+    if not answer.model.claim.tube.claimed.all():
+        none = answer.model.claim.premises["open bins"]
+        lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
     more = [
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,

@@ -117,7 +117,7 @@ def test_sets_made_by_hand_are_validated(wrong):
     [
         ((), "body: expected at least one part; got none"),
         ((Part((0,), Disc(-0.5)),), "part 0 of the body radius: expected a number >= 0; got -0.5"),
-        ((Part((0,), Disc(True)),), "part 0 of the body radius: expected a number >= 0; got True"),
+        ((Part((0,), Disc(True)),), "part 0 of the body radius: expected numbers of .*; got True"),
         ((Part((0,), Disc(np.nan)),), "part 0 of the body radius: expected finite numbers"),
         ((Part((), Disc(0.5)),), "part 0 of the body: expected at least one reference point"),
     ],

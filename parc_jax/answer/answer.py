@@ -262,7 +262,8 @@ class Answer:
         """The claim's bound for a plan drawn by `sample`. [T5, T18, T34]
 
         Rests on `density_of_k`. For another law over k use `model.claim.risk`: with k uniform on
-        the certified k-set, `share=answer.share_of_k()`, where the claim's runs had k uniform on K.
+        the certified k-set, `share=answer.share_of_k()`, where the claim's runs had k uniform on K;
+        add 0.001 to its `unconditional`, for the share was measured, too.
         """
         return risk_of_draw(self)
 

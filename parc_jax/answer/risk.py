@@ -9,6 +9,7 @@ import numpy as np
 from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
 from parc_jax.learning.bound.statement import VALIDATED, probability
+from parc_jax.learning.labels import name_of
 from parc_jax.statement import about_risk, about_sensing
 
 if TYPE_CHECKING:
@@ -27,6 +28,10 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     promised = claim.risk(density=1.0, claimed=True)  # nothing is safe in bins without claim
     if isinstance(promised, NoStatement):
         return promised
+    asked = (answer.scene.nominal.query or answer.scene.nominal).model
+    if asked.given:  # also left free, for every value that is measured
+        names = ", ".join(name_of(asked.labels.k[axis]) for axis in asked.given)
+        return NoStatement(f"{names} is measured at the start, and drawn by nobody")
     if not claim.law.is_even:
         law = claim.law.k_law
         return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")

@@ -51,16 +51,19 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
 def at_least(name: str, value, lowest: float = 0.0) -> float:
     """A finite number that is no less than the lowest. Raises InputError."""
     number = float(as_float64(name, value, ()))
-    if np.asarray(value).dtype == bool or not number >= lowest:
+    if not number >= lowest:
         raise InputError(f"{name}: expected a number >= {lowest:g}; got {value!s:.40}.")
     return number
 
 
 def real(value):
-    """The value itself. Raises TypeError for complex numbers, of which NumPy would drop half, and
-    for masked ones, whose mask it would drop.
+    """The value itself. Raises TypeError for True and False, for complex numbers, of which NumPy
+    would drop half, and for masked ones, whose mask it would drop.
     """
-    if getattr(getattr(value, "dtype", None), "kind", "") == "c":
+    kind = getattr(getattr(value, "dtype", None), "kind", "")
+    if kind == "b" or isinstance(value, bool):
+        raise TypeError("True and False are no numbers")
+    if kind == "c":
         raise TypeError("complex numbers")
     if np.ma.is_masked(value):
         raise TypeError("masked numbers")

@@ -15,7 +15,7 @@ from parc_jax.answer.risk import density_of_k
 from parc_jax.learning.bound.claim import derived
 from parc_jax.safe_set.corridors.sampling import ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
-from parc_jax.statement import IN_THE_BOX
+from parc_jax.statement import IN_THE_BOX, set_of
 
 KEY = jax.random.PRNGKey(0)
 SAMPLES = pj.Settings(samples=600, work=1e-3, samples_only=True, proof=False)
@@ -103,6 +103,10 @@ def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12
     assert said.at_most - said.at_least < 0.1
     assert f"Safe: {100 * said.share:.3g} % of" in found.summary()
+    doubt = found.scene.nominal.uncertainty is not None  # of which set, and what leaves so much
+    assert ("the tube, with all that is uncertain, leaves" in found.summary()) == doubt
+    assert ("the model's safe set for all that is uncertain" in set_of(found)) == doubt
+    assert (" from one start" in set_of(found)) == (found.scene.at is not None)
 
 
 @pytest.mark.slow

@@ -265,6 +265,11 @@ def test_errors_say_what_to_do(toy):
             np.ones((1, 2)),
             0.1,
         )
+    one = planner.model, np.zeros((1, 3)), np.ones((1, 3)), np.zeros((1, 2)), np.ones((1, 2)), 0.1
+    # seconds were cut to intervals: a gate that is closed until 0.75 s was open after 0.25 s
+    for wrong in ({"spans": [[[0.0, 0.75]]]}, {"present": [[0]]}, {"present": [["no"]]}):
+        with pytest.raises(InputError, match="present as True and False, and spans in whole num"):
+            box_scenes(*one, **wrong)
     assert len(planner.solve_batch([], KEY).found) == 0
 
 

@@ -122,9 +122,18 @@ def test_a_system_in_jax_that_reads_no_key_is_told_of():
             gust = jax.random.uniform(jax.random.PRNGKey(0) if self.one_key else key, (2,))
             return pj.Trajectory(jnp.outer(jnp.linspace(0.0, 1.0, 5), k + gust), k[:0])
 
-    for one_key in (True, False):
-        claim = allow_for_start(line_model(4, 0.1).claim, try_starts(Gusts(one_key), KEY, 0.0))
-        assert ("NO_DISTURBANCE" in claim.details()) == one_key
+    class OfPython(Gusts):
+        """Which no key decides, and no trace shows."""
+
+        def rollout(self, key, k):
+            shape = jax.ShapeDtypeStruct((2,), k.dtype)
+            gust = jax.pure_callback(lambda: np.random.default_rng().random(2, k.dtype), shape)
+            return pj.Trajectory(jnp.outer(jnp.linspace(0.0, 1.0, 5), k + gust), k[:0])
+
+    for system, none in ((Gusts(True), True), (Gusts(False), False), (OfPython(True), False)):
+        assert try_starts(system, KEY, 0.0).alike == none
+        claim = allow_for_start(line_model(4, 0.1).claim, try_starts(system, KEY, 0.0))
+        assert ("NO_DISTURBANCE" in claim.details()) == none
 
 
 def test_runs_that_fail_under_every_key_hide_no_other():

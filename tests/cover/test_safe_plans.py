@@ -47,6 +47,12 @@ def test_every_sample_is_safe_by_a_corridor_of_the_answer():
     assert 0 < few.contains(others[:, :2], others[:, 2:]).mean() < 0.9  # one does not hold all
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_objective_that_is_finite_nowhere_has_no_best_plan(value):
+    with pytest.raises(InputError, match="best: expected an objective that is finite"):
+        answer().best(lambda p0, k: value + 0 * k[0])
+
+
 def test_samples_are_uniform_where_everything_is_safe():
     """Straight lines without obstacles: k is uniform on K, the end uniform in the goal's box."""
     problem = reach_avoid(box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)

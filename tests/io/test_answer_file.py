@@ -80,7 +80,13 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
     path.write_text(json.dumps(data))
     said = load_answer(path).details()
     assert "holds for every start within ±9 m" in said
-    assert "that rests on it and the uncertainty that the scene allows for." in said
+    assert "what was looked at before and the uncertainty that the scene allows for." in said
+    covered, counts = data["meta"]["coverage"], data["meta"]["counts"]
+    wrong = [{"coverage": covered | {"at_least": 7}}, {"coverage": covered | {"confidence": 1}}]
+    for other in (*wrong, {"counts": counts | {"safe": counts["drawn"] + 1}}, {"ended": "luck"}):
+        path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
+        with pytest.raises(InputError, match="expected counts of draws and shares between 0 and 1"):
+            load_answer(path)
     for other in ({"pose": ["7", "7", None]}, {"at": ["7", "7"]}):
         path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
         with pytest.raises(InputError, match="plans that start at its pose; got another"):

@@ -190,7 +190,9 @@ def test_runs_of_one_plan_are_refused_where_the_claim_or_the_system_is_about_cha
     for claimed, driven in ((CARTS, chain), (chain, chain), (chain, CARTS)):
         claim = pj.learning.bound_error(net, claimed, KEY, **asked)
         planner = pj.Planner(pj.learning.trajectory_model(net, claim))
-        plan = planner.solve(scene, KEY, pj.Settings(samples=1, target=0.1)).choose(looks=2)
+        answer = planner.solve(scene, KEY, pj.Settings(samples=1, target=0.1))
+        assert "v0 is measured at the start, and drawn by nobody" in answer.summary()
+        plan = answer.choose(looks=2)
         with pytest.raises(InputError, match=r"test: expected .* without chains"):
             plan.test(driven, KEY, n=20)
         with pytest.raises(InputError, match=r"localise: expected .* chains"):

@@ -133,8 +133,12 @@ def test_a_stated_coordinate_system_is_refused(code):
 def test_geojson_in_degrees_is_refused_though_it_states_nothing():
     """GeoJSON's own coordinates are degrees: a yard of 100 m is an obstacle of a millimetre."""
     yard = np.array([8.5417, 47.3769]) + 1e-3 * np.array([*SQUARE, SQUARE[0]])
-    with pytest.raises(InputError, match=r"outlines of at most 0\.\d+ m. Are they degrees"):
+    with pytest.raises(InputError, match=r"half of its outlines are below 0\.\d+ m. Are"):
         convex_pieces({"type": "Polygon", "coordinates": [yard.tolist()]})
+    road = {"type": "LineString", "coordinates": [[8.54, 47.37], [8.55, 47.37]]}
+    houses = [{"type": "Polygon", "coordinates": [(yard + i).tolist()]} for i in range(3)]
+    with pytest.raises(InputError, match="half of its outlines are below"):
+        convex_pieces({"type": "GeometryCollection", "geometries": [road, *houses]})
 
 
 def test_coordinate_systems_of_other_libraries_are_refused():

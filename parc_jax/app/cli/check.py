@@ -85,7 +85,8 @@ def shortened(lines: list[str], answer: Path | str) -> list[str]:
     found = [PREMISE.match(line) for line in lines]
     kinds = Counter(match[1] for match in found if match)
     pairs = zip(lines, found, strict=True)  # what was seen against the tube is told in full
-    out = [line for line, match in pairs if match is None or match[2] == "TUBE_LEFT"]
+    told = ("TUBE_LEFT", "bins")  # so are bins without a claim
+    out = [line for line, match in pairs if match is None or match[2].rstrip() in told]
     if kinds:
         assumed = ", ".join(match[2] for match in found if match and match[1] == "assumed")
         out += [

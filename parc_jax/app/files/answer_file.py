@@ -74,6 +74,7 @@ def _answer(data: dict, report) -> Answer:
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
+    _require_shares(Coverage(**told), *tally, known=ended is not None or meta["ended"] is None)
     total = meta.get("volume_of_all")
     cover = Cover(
         *tally,
@@ -110,6 +111,17 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
             "fits its claim; it was edited, or is of an earlier form. Save the answer anew."
         )
     return told
+
+
+def _require_shares(c: Coverage, drawn, reaching, safe, volume, known: bool) -> None:
+    """Refuse counts and shares that no search ends with. Raises InputError."""
+    shares = 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
+    counts = 0 <= safe <= reaching <= drawn and 0 <= c.fresh_uncovered <= c.fresh_safe
+    if not (known and shares and counts) or volume < 0:
+        raise InputError(
+            "answer: expected counts of draws and shares between 0 and 1, as a search has them; "
+            f"got {c}, {drawn} drawn, {reaching} of them reaching, {safe} safe. Save it anew."
+        )
 
 
 def _require_start(nominal: NominalProblem, starts: list[np.ndarray]) -> None:

@@ -30,7 +30,6 @@ from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import is_traceable, simulator
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
-from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
@@ -190,7 +189,7 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
     alike = _reads_no_key(system) or (
-        isinstance(system, PythonSystem) and all(_alike(system, key, x) for x in (k[:1], k[1:]))
+        not is_traceable(system) and all(_alike(system, key, x) for x in (k[:1], k[1:]))
     )
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
@@ -227,14 +226,15 @@ def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
 
 
 def _reads_no_key(system: Any) -> bool:
-    """Is no output of the program of a system in JAX made from its key?"""
+    """Is no output of the program of a system in JAX made from its key, or by Python as it runs?"""
     if not is_traceable(system):
         return False
     double = simulator(system).double
     k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
     with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
         made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
-    return not dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))[1][0]
+    used, (reads, _) = dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))
+    return not reads and "callback" not in str(used)
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:

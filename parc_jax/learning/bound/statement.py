@@ -68,11 +68,13 @@ def in_short(c: "ErrorClaim") -> str:
     if "eps" not in p or "not drawn" in p:
         return f"{'of runs that nobody drew' if 'eps' in p else c.kind}, not shown"
     without, of = map(int, p["open bins"].split(" of "))
-    where = f" in {of - without} of {of} bins" if without else ""
-    of = f"k drawn from all of {p['box']}" if p["k"] == "uniform on K" else f"k {p['k']}"
-    by = f"by one run of a new recording, {of}" if "rows" in p else f"by a run, {of}"
-    most, sure = probability(p["eps"]), confidence_of(p)
-    return f"left with probability ≤ {most} {by}{where}, confidence {sure}"
+    claimed = f"{of - without} of {of} bins of {p['box']} with a claim"
+    where = claimed if without else f"all of {p['box']}"
+    how = f"k drawn from {where}"
+    if p["k"] != "uniform on K":
+        how = f"k {p['k']}{f' and in {where}' if without else ''}"
+    by = f"by one run of a new recording, {how}" if "rows" in p else f"by a run, {how}"
+    return f"left with probability ≤ {probability(p['eps'])} {by}, confidence {confidence_of(p)}"
 
 
 def _shown(c: "ErrorClaim") -> list[tuple]:

@@ -209,7 +209,7 @@ class Subject:
         if told != sorted(told):
             raise InputError(
                 "labels of p: expected axes in the order x, y, z (east, north), as maps and scans "
-                f"have them; got {', '.join(self.labels.p)}, a mirrored world. Swap coordinates."
+                f"have them; got {', '.join(self.labels.p)}, maybe a mirrored world. Swap them."
             )
 
     @property

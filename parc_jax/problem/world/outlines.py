@@ -57,10 +57,10 @@ def outlines(name: str, value: object) -> list:
             )
     if not parts:
         raise InputError(f"{name}: expected at least one polygon or line; got none.")
-    if geometry is not value and (most := max(map(_extent, parts))) < TINY:
+    if geometry is not value and (half := float(np.median([*map(_extent, parts)]))) < TINY:
         raise InputError(
-            f"{name}: expected metres; got outlines of at most {most:.2g} m. Are they degrees, as "
-            "GeoJSON has them? Project them, and subtract an origin."
+            f"{name}: expected metres; half of its outlines are below {half:.2g} m. Are they "
+            "degrees, as GeoJSON has them? Project them, and subtract an origin."
         )
     return parts
 

@@ -87,8 +87,13 @@ def box_scenes(
     lo = _of_every_scene("obstacle_lo", obstacle_lo, s, n_p)
     hi = _of_every_scene("obstacle_hi", obstacle_hi, s, n_p)
     o = lo.shape[1]
-    present = np.ones((s, o), bool) if present is None else np.asarray(present, bool)
-    spans = np.tile([0, T - 1], (s, o, 1)) if spans is None else np.asarray(spans, np.int64)
+    present = np.ones((s, o), bool) if present is None else np.asarray(present)
+    spans = np.tile([0, T - 1], (s, o, 1)) if spans is None else np.asarray(spans)
+    if present.dtype != bool or spans.dtype.kind not in "iu":  # seconds would be cut to intervals
+        raise InputError(
+            "box_scenes: expected present as True and False, and spans in whole numbers of "
+            f"intervals of {model.time.dt:g} s; got {present.dtype} and {spans.dtype}."
+        )
     if start is None:
         start_lo = np.full((s, n_p), -np.inf)
         start_hi = np.full((s, n_p), np.inf)

@@ -12,6 +12,7 @@ from jaxtyping import ArrayLike
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import generator
+from parc_jax.common.options import check_count
 from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import Solid, sample_solid, solid
@@ -96,8 +97,9 @@ class Polytopes:
         return iter(self.all)
 
     def __repr__(self) -> str:
-        least = rounded_down(100 * self.coverage.at_least, 3)
-        return f"<Polytopes: {len(self):,}, at least {least} % of the safe set>"
+        least, sure = rounded_down(100 * self.coverage.at_least, 3), self.coverage.confidence
+        of = f", at least {least} % of their answer's safe set (confidence {sure})"
+        return f"<Polytopes: {len(self):,}{of if self.coverage.share else ''}>"
 
     @cached_property
     def _solids(self) -> list[Solid]:
@@ -172,6 +174,7 @@ class Polytopes:
         """n plans (n, n_p + n_k), uniform over the union: a point of m polytopes is accepted with
         probability 1 / m. Consumes `key`. Raises InputError.
         """
+        check_count("sample", n, 0, "1000")
         rng = generator(key)
         solids = [s for s in self._solids if s.volume > 0]
         if not solids:

@@ -223,6 +223,8 @@ def _search(
         return x[plans.contains(x[:, :n_p], x[:, n_p:])]
 
     best = climb(starts, closer, value, SPREADS, KEPT)
+    if not np.isfinite(best.value[0]):
+        raise InputError("best: expected an objective that is finite; at no plan drawn it is.")
     return best.x[0], float(best.value[0])
 
 
@@ -241,6 +243,7 @@ def _value(plans: SafePlans, objective: Objective):
 
     def value(x: Float[ArrayLike, "b n"]):
         with x64():
-            return np.nan_to_num(np.asarray(compiled(x), float), nan=-np.inf)
+            found = np.asarray(compiled(x), float)
+            return np.where(np.isnan(found), -np.inf, found)
 
     return value
