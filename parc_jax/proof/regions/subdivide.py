@@ -14,7 +14,7 @@ from parc_jax.proof.regions.complex import Budget, Growable, Sign
 from parc_jax.proof.regions.cut import cut
 from parc_jax.proof.regions.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.rounding import input_bound, point_rounding
+from parc_jax.proof.regions.rounding import LayerBound, point_rounding
 from parc_jax.proof.regions.signs import SignOracle
 from parc_jax.proof.regions.table import RegionTable
 
@@ -66,7 +66,8 @@ def _cut_layers(
     """Cut along every neuron, layer by layer."""
     lattice = oracle.lattice
     column = len(oracle.exact.rows)
-    bound = input_bound(lattice.n)
+    # of the inputs themselves: exact floats with unit gradients
+    bound = LayerBound(np.zeros(lattice.n), 0.0, np.ones(lattice.n))
     h = lattice.x.view
     for layer, b in enumerate(biases):
         lattice.z = Growable(h @ weights[layer].T + b)
