@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from fractions import Fraction
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, SoundnessError, check_text, reading
-from parc_jax.common.on_use import package
+from parc_jax.common.on_use import Late, package
 from parc_jax.common.said import slot
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
@@ -25,9 +25,7 @@ from parc_jax.common.spelling import exact
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.body import Body, Disc, Part, body_of
 
-if TYPE_CHECKING:
-    import shapely
-
+shapely = Late("shapely", "free space")  # for edges; what else needs it names itself
 TINY = 5e-3  # [m] outlines of this size are 500 m of degrees
 FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
 
@@ -189,7 +187,6 @@ class Edge(HPolytope):
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""
-        shapely = package("shapely", "free space")
         if self.region is None or not np.isfinite(places).all():
             return False
         return bool(self.region.contains(shapely.MultiPoint(places).convex_hull))
@@ -199,7 +196,6 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     """The obstacle as the edge that was written so; itself for None. Raises InputError."""
     if written is None:
         return obstacle
-    shapely = package("shapely", "free space")
     with reading(
         "edge", f"text as a saved scene has it, not {written!r:.40}", shapely.GEOSException
     ):
