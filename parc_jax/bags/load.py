@@ -20,7 +20,7 @@ from parc_jax.bags.recording import (
     value_at,
 )
 from parc_jax.common.arrays import at_least
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, naming
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.labels import Labels
@@ -176,7 +176,7 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
     """What one file has of a drive. Raises InputError."""
     messages = heard(one, dict.fromkeys([pose, command]))
     poses, orders = messages[pose], messages[command]
-    try:
+    with naming(one):
         where = track(pose, poses, clock, None if frames is None else tuple(frames), given)
         times = times_of(command, orders, clock)
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
@@ -189,8 +189,6 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
                 f"expected stamps of one clock; those of {pose} and {command} are {apart:.3g} s "
                 'apart, against the recorder. Take clock="recorder", or record with one clock.'
             )
-    except InputError as error:
-        raise InputError(f"{one}: {error}") from None
     return Drive(one.name, where, times, values)
 
 

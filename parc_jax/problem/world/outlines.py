@@ -5,7 +5,6 @@ few convex pieces that cover them.
 import json
 from dataclasses import dataclass
 from fractions import Fraction
-from types import ModuleType
 from typing import Any
 
 import jax
@@ -35,8 +34,8 @@ def outlines(name: str, value: object) -> list:
     `__geo_interface__`, or corners (n, 2). Raises InputError, which begins with `name`.
     """
     shapely = package("shapely", name)
-    geometry = value if isinstance(value, shapely.Geometry) else _read(name, value, shapely)
-    _require_local(name, [value, geometry], shapely)
+    geometry = value if isinstance(value, shapely.Geometry) else _read(name, value)
+    _require_local(name, [value, geometry])
     parts = shapely.get_parts(shapely.force_2d(geometry)).tolist()
     while any(hasattr(part, "geoms") for part in parts):
         parts = [one for part in parts for one in shapely.get_parts(part)]
@@ -87,7 +86,7 @@ def require_turn(name: str, heading: float, turns: int = 1) -> None:
         )
 
 
-def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
+def _require_local(name: str, inside: list) -> None:
     """Raises InputError for a stated coordinate system: degrees, stretched metres, or far ones."""
     told: list = []
     for one in inside:  # grows: features, and what they and collections hold
@@ -105,7 +104,7 @@ def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
         )
 
 
-def _read(name: str, value: object, shapely: ModuleType):
+def _read(name: str, value: object):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
         corners = as_float64(f"{name} corners", value, (None, 2))
