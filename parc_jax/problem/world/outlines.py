@@ -54,17 +54,13 @@ def outlines(name: str, value: object) -> list:
             )
     if not parts:
         raise InputError(f"{name}: expected at least one polygon or line; got none.")
-    if geometry is not value and (most := max(map(_extent, parts))) < TINY:
+    sides = [np.ptp(shapely.get_coordinates(part), axis=0).max() for part in parts]
+    if geometry is not value and (most := max(sides)) < TINY:
         raise InputError(
             f"{name}: expected metres; got outlines of at most {most:.2g} m. Are they degrees, as "
             "GeoJSON has them? Project them, and subtract an origin."
         )
     return parts
-
-
-def _extent(part: "shapely.Geometry") -> float:
-    x0, y0, x1, y1 = part.bounds
-    return max(x1 - x0, y1 - y0)
 
 
 def require_near(name: str, places: np.ndarray) -> None:
