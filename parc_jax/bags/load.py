@@ -138,7 +138,7 @@ def load_bags(
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
     _check_robots(together)
-    cuts = [[windows(*one[1:], time, after, bridge) for one in some] for some in together]
+    cuts = [[windows(one, time, after, bridge) for one in some] for some in together]
     runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
     valid, missed, left_out = _valid(path, runs, domain, len(given), short)
     names = [some[-1].name for some in together]
@@ -321,21 +321,14 @@ def _edges(edges) -> str:
     return ", ".join(sorted(f"{a or '(none)'} -> {b or '(none)'}" for a, b in edges))
 
 
-def windows(
-    where: Track,
-    times: np.ndarray,
-    commands: np.ndarray,
-    grid: TimeGrid,
-    after: float,
-    bridge: float,
-) -> Windows:
-    """Runs that begin `after` seconds after each new command. times (n,) [ns], commands (n, c): as
-    they were sent; one begins where the values differ from those before, or repeat after a pause
-    longer than the run. bridge: [s] between poses, up to which the robot is taken to
-    have gone straight.
+def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Windows:
+    """Runs that begin `after` seconds after each new command, where the values differ from those
+    sent before, or repeat after a pause longer than the run. bridge: [s] between poses, up to which
+    the robot is taken to have gone straight.
     """
-    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
-    times, commands = times[order], commands[order]
+    where = drive.where
+    order = np.argsort(drive.times, kind="stable")  # those of several senders may arrive swapped
+    times, commands = drive.times[order], drive.commands[order]
     new = np.append(True, (np.diff(commands, axis=0) != 0).any(axis=1))
     pause = np.append(True, np.diff(times) > (after + grid.t_f) * 1e9)
     first = np.flatnonzero(new | pause)
