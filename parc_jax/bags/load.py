@@ -20,7 +20,7 @@ from parc_jax.bags.recording import (
     value_at,
 )
 from parc_jax.common.arrays import at_least
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, naming
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.labels import Labels
@@ -138,7 +138,7 @@ def load_bags(
         got = ", ".join(f"{_edges([edge])} in {name}" for edge, name in recordings.items())
         raise InputError(f"{path}: expected poses in one frame; got {got}.")
     _check_robots(together)
-    cuts = [[windows(*one[1:], time, after, bridge) for one in some] for some in together]
+    cuts = [[windows(one, time, after, bridge) for one in some] for some in together]
     runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
     valid, missed, left_out = _valid(path, runs, domain, len(given), short)
     names = [some[-1].name for some in together]
@@ -176,7 +176,7 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
     """What one file has of a drive. Raises InputError."""
     messages = heard(one, dict.fromkeys([pose, command]))
     poses, orders = messages[pose], messages[command]
-    try:
+    with naming(one):
         where = track(pose, poses, clock, None if frames is None else tuple(frames), given)
         times = times_of(command, orders, clock)
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
@@ -189,8 +189,6 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
                 f"expected stamps of one clock; those of {pose} and {command} are {apart:.3g} s "
                 'apart, against the recorder. Take clock="recorder", or record with one clock.'
             )
-    except InputError as error:
-        raise InputError(f"{one}: {error}") from None
     return Drive(one.name, where, times, values)
 
 
@@ -323,21 +321,14 @@ def _edges(edges) -> str:
     return ", ".join(sorted(f"{a or '(none)'} -> {b or '(none)'}" for a, b in edges))
 
 
-def windows(
-    where: Track,
-    times: np.ndarray,
-    commands: np.ndarray,
-    grid: TimeGrid,
-    after: float,
-    bridge: float,
-) -> Windows:
-    """Runs that begin `after` seconds after each new command. times (n,) [ns], commands (n, c): as
-    they were sent; one begins where the values differ from those before, or repeat after a pause
-    longer than the run. bridge: [s] between poses, up to which the robot is taken to
-    have gone straight.
+def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Windows:
+    """Runs that begin `after` seconds after each new command, where the values differ from those
+    sent before, or repeat after a pause longer than the run. bridge: [s] between poses, up to which
+    the robot is taken to have gone straight.
     """
-    order = np.argsort(times, kind="stable")  # commands of several senders may arrive swapped
-    times, commands = times[order], commands[order]
+    where = drive.where
+    order = np.argsort(drive.times, kind="stable")  # those of several senders may arrive swapped
+    times, commands = drive.times[order], drive.commands[order]
     new = np.append(True, (np.diff(commands, axis=0) != 0).any(axis=1))
     pause = np.append(True, np.diff(times) > (after + grid.t_f) * 1e9)
     first = np.flatnonzero(new | pause)

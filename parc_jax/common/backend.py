@@ -21,6 +21,7 @@ from jaxtyping import Int
 from parc_jax.common.arrays import x64
 
 AXIS = "rows"
+ROLLOUTS = 256  # rows of runs in a compiled call, at least
 # without emitters of fused loops XLA compiles kernels for a CPU in two thirds of the time, and they
 # run as fast or faster; the option says nothing to other devices, and later lines have it not
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
@@ -37,33 +38,28 @@ def mesh(devices=None) -> jax.sharding.Mesh:
 class Backend:
     """Sizes of one kind of device.
 
-    in_turn: plans and scenes of a call are judged in turn, so each ends at once; else side by side.
-    threads: a thread per core, all on the first device; else one per device.
+    in_turn: plans and scenes of a call are judged in turn, so each ends at once, and a thread per
+        core works on the first device; else side by side, and one per device.
     round, rounds: plans drawn at a time for the first safe ones, and how many times at most; for a
         rarer plan the screen of many at once is the faster way.
     scenes: of a batch, in a compiled call. Where they run in turn fewer cost less.
-    rollouts, rollout_bytes: rows of runs in a compiled call: so many, or as many as fill so many
-        bytes where those are more.
+    rollout_bytes: that rows of runs fill in a compiled call, where they are more than ROLLOUTS.
     compiler: options for programs of runs.
     """
 
     in_turn: bool
-    threads: bool
     round: int
     rounds: int
     scenes: int
-    rollouts: int
     rollout_bytes: int
     compiler: tuple[tuple[str, str], ...]
 
 
 CPU = Backend(
     in_turn=True,
-    threads=True,
     round=16,
     rounds=32,
     scenes=128,
-    rollouts=256,
     rollout_bytes=0,
     # with AVX-512 vectors of that width, where XLA stops at half of it: the same numbers in less
     # time. Other processors take what they have
@@ -71,11 +67,9 @@ CPU = Backend(
 )
 ACCELERATOR = Backend(
     in_turn=False,
-    threads=False,
     round=512,
     rounds=1,
     scenes=4096,
-    rollouts=256,
     rollout_bytes=2**28,
     compiler=(),
 )
@@ -105,13 +99,12 @@ def backend(device=None) -> Backend:
 class Calls(NamedTuple):
     """How n rows are spread over calls of one compiled size.
 
-    n: rows. size: rows of a call, padding included. lanes: devices of a mesh, or threads.
-    share: rows of one lane in one call. loop: see `_many`.
+    n: rows. size: rows of a call, padding included. share: rows of one device of a mesh, or of one
+    thread, in one call. loop: see `_many`.
     """
 
     n: int
     size: int
-    lanes: int
     share: int
     loop: bool
 
@@ -141,9 +134,9 @@ def spread(
     """
     how = how or backend()
     n = len(jax.tree.leaves(start)[0])
-    cores = (os.cpu_count() or 1) if how.threads else 1
+    cores = (os.cpu_count() or 1) if how.in_turn else 1
     lanes = cores if mesh is None else mesh.size
-    calls = Calls(n, how.scenes, lanes, min(how.scenes, -(-n // lanes)), how.in_turn)
+    calls = Calls(n, how.scenes, min(how.scenes, -(-n // lanes)), how.in_turn)
 
     def run(counts: np.ndarray, taken: Any):
         if mesh is None:

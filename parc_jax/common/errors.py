@@ -56,6 +56,15 @@ def check_text(name: str, text: object) -> None:
 
 
 @contextlib.contextmanager
+def naming(name: object) -> Iterator[None]:
+    """Sentences of an InputError within begin with `name`, too."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+@contextlib.contextmanager
 def reading(name: object, what: str, *more: type[Exception]) -> Iterator[None]:
     """Errors of a file or a text that is not as it was written end in a sentence: `name` was
     expected to be `what`. more: errors of its reader, beside those of Python; of Exception the

@@ -43,3 +43,13 @@ def package(name: str, call: str, extra: str = ""):
             f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
             f"pip install 'parc_jax[{extra or EXTRAS[name.partition('.')[0]]}]'."
         ) from None
+
+
+class Late:
+    """A package that is imported where something of it is used. Arguments as of `package`."""
+
+    def __init__(self, *asked: str):
+        self._asked = asked
+
+    def __getattr__(self, name: str):
+        return getattr(package(*self._asked), name)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.common.errors import InputError, reading
+from parc_jax.common.errors import InputError, naming, reading
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.labels import PARTS, Labels
 from parc_jax.learning.model import TrajectoryModel
@@ -62,7 +62,9 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.
     """
-    return _named(str(path), _data(path), points)
+    data = _data(path)
+    with naming(path):
+        return _problem(data, points)
 
 
 def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
@@ -79,15 +81,9 @@ def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -
     """The problem in the text of a file called `name`, of JSON where that ends in .json. points: as
     of `load_problem`. Raises InputError.
     """
-    return _named(name, _parsed(text, name), points)
-
-
-def _named(name: str, data, points: Sequence[str] | None) -> Problem:
-    """The problem of the data of a file, whose name begins all messages."""
-    try:
+    data = _parsed(text, name)
+    with naming(name):
         return _problem(data, points)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
 
 
 def _data(path):

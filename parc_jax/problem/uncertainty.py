@@ -89,10 +89,8 @@ class Uncertainty:
 
     def of_obstacles(self, n: int) -> tuple[HPolytope | None, ...]:
         """The error set of each of n obstacles, None for exact ones. Raises InputError."""
-        if not self.obstacles:
-            return (None,) * n
-        if len(self.obstacles) == 1:
-            return self.obstacles * n
+        if len(self.obstacles) <= 1:
+            return (self.obstacles or (None,)) * n
         if len(self.obstacles) != n:
             raise InputError(
                 f"uncertainty obstacles: expected one set for all or one for each of {n}; got "

@@ -282,7 +282,7 @@ def test_passes_cover_all_rounds_once_and_grow_fourfold(rounds):
 
 
 def test_every_scene_is_in_one_call_and_padding_repeats_one():
-    calls = Calls(n=10, size=4, lanes=2, share=3, loop=True)
+    calls = Calls(n=10, size=4, share=3, loop=True)
     first = np.arange(0, 10, 3)
     np.testing.assert_array_equal(calls.counts(first), [3, 3, 3, 1])
     rows = [row[:m] for row, m in zip(calls.padded(first), calls.counts(first), strict=True)]

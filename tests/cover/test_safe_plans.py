@@ -47,6 +47,7 @@ def test_every_sample_is_safe_by_a_corridor_of_the_answer():
     assert 0 < few.contains(others[:, :2], others[:, 2:]).mean() < 0.9  # one does not hold all
 
 
+@pytest.mark.slow  # compiles a climb
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_an_objective_that_is_finite_nowhere_has_no_best_plan(value):
     with pytest.raises(InputError, match="best: expected an objective that is finite"):

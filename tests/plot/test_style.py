@@ -109,11 +109,11 @@ def test_grown_obstacles_hold_obstacle_and_body():
 
 def test_predictions_on_the_host_are_the_network_s():
     answer = toy_answer()
-    seen = predicted(answer.model, answer.samples)
+    path, q, error = predicted(answer.model, answer.samples)
     n = len(answer.samples)
     expected = (
         answer.samples[:, None, :2]
         + np.linspace(0, 1, 5)[None, :, None] * answer.samples[:, None, 2:]
     )
-    assert seen.path == pytest.approx(expected) and seen.q == pytest.approx(answer.samples[:, 2:3])
-    assert seen.error.shape == (n, 4, 2) and (seen.error == 0.02).all()
+    assert path == pytest.approx(expected) and q == pytest.approx(answer.samples[:, 2:3])
+    assert error.shape == (n, 4, 2) and (error == 0.02).all()

@@ -17,10 +17,10 @@ def test_one_pattern_and_many_in_numpy_and_jax_agree(n, widths, monkeypatch):
     table = enumerate_regions(random_network(n, widths, seed=n), unit_box(n))
     net = table.net
     C, d = affine_maps(net, table.patterns)
-    traced = jax.jit(lambda pattern: pattern_map(net.weights, net.biases, pattern, jnp))
+    traced = jax.jit(lambda pattern: pattern_map(net, pattern, jnp))
     for i in range(0, table.count, max(1, table.count // 7)):
         inside = table.region_vertices(i).mean(axis=0)
-        one = pattern_map(net.weights, net.biases, table.patterns[i])
+        one = pattern_map(net, table.patterns[i])
         for ours, theirs in zip(one, traced(table.patterns[i]), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-13)
         A, b, one_C, one_d = one

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app.cli.systems import black_box_with, find
-from parc_jax.app.study.report import final_error, name_of_network, spread
+from parc_jax.app.study.report import final_error, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.common.options import Options
@@ -124,10 +124,11 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
     if as_json:
         return json.dumps(facts, indent=1)
     at_end = spread(final_error(model), model, ".3g")
+    widths = "-".join(map(str, model.net.hidden))  # none of one affine map
     lines = [
         f"system        {model.system}",
         f"rollouts      {learned.train.n} for training, {failed} of them failed",
-        f"network       {name_of_network(model.net)}, rms error {rms:.3g} on the training runs",
+        f"network       {widths or 'PARC'}, rms error {rms:.3g} on the training runs",
         f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: {at_end}",
         *([] if learned.prior is None else [f"prior         {learned.prior}"]),
         f"\n(E) {model.claim.details()}\n",

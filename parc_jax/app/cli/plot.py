@@ -13,7 +13,8 @@ from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
 
 Figure = Literal["samples", "regions"]
-Job = tuple[str, Callable[[], Path]]  # a name, and the function that draws it
+# a name, and what draws it on a path
+Job = tuple[str, Callable[[Path], object], Path]
 
 
 def plot(
@@ -78,11 +79,12 @@ def plot(
         require_sample(loaded, sample)
     jobs = [] if episode else _jobs(loaded, out or answer.parent, figures, html is not None)
     if html is not None:
-        jobs.insert(0, ("the page", lambda: write_page(loaded, html)))
+        jobs.insert(0, ("the page", partial(write_page, loaded), html))
     drawn = []
-    for name, draw in (bar := tqdm(jobs, **(quiet if jobs else {"disable": True}))):
+    for name, draw, path in (bar := tqdm(jobs, **(quiet if jobs else {"disable": True}))):
         bar.set_description(f"drawing {name}")
-        drawn.append(draw())
+        draw(path)
+        drawn.append(path)
     if video is not None and episode:
         drawn.append(film(loaded, video, quiet=shell.quiet))
     elif video is not None:
@@ -104,12 +106,7 @@ def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     if not chosen and wanted is None and not page:
         words = "the answer has no plans and no plane of parameters to draw."
         print(f"parc-jax: {words}", file=sys.stderr)
-    return [(name, partial(_drawn, possible[name], out / f"{name}.png")) for name in chosen]
-
-
-def _drawn(draw: Callable[[Path], object], path: Path) -> Path:
-    draw(path)
-    return path
+    return [(name, possible[name], out / f"{name}.png") for name in chosen]
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:

@@ -112,6 +112,7 @@ class Stage:
         return Moment(t, number, body, np.mean([part.mean(axis=0) for part in body], axis=0))
 
 
-def polygons(region) -> list:
-    """Of a Shapely region."""
-    return [one for one in getattr(region, "geoms", [region]) if not one.is_empty]
+def rings_of(region) -> list[list[np.ndarray]]:
+    """Of each polygon of a Shapely region its outline (v, 2), then those of its holes."""
+    parts = [one for one in getattr(region, "geoms", [region]) if not one.is_empty]
+    return [[np.asarray(x.coords) for x in (one.exterior, *one.interiors)] for one in parts]

@@ -13,7 +13,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.plot import shapes, style
-from parc_jax.app.plot.episode import Stage, Truth, polygons
+from parc_jax.app.plot.episode import Stage, Truth, rings_of
 from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import Episode
@@ -289,8 +289,7 @@ class _EpisodeCanvas(_Canvas):
         from matplotlib.path import Path as Outline
 
         regions = [region for time, region in self.stage.truth.free if time <= t + 1e-9]
-        for part in polygons(regions[-1]) if regions else ():
-            rings = [np.asarray(ring.coords) for ring in (part.exterior, *part.interiors)]
+        for rings in rings_of(regions[-1]) if regions else ():
             outline = Outline.make_compound_path(*[Outline(ring, closed=True) for ring in rings])
             ax.add_patch(PathPatch(outline, facecolor=FREE, edgecolor="none"))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer, answer_data
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.episode import Shown, Stage, Truth, polygons
+from parc_jax.app.plot.episode import Shown, Stage, Truth, rings_of
 from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
 from parc_jax.checker.proved import PROVED_JS
@@ -288,7 +288,7 @@ def episode_data(stage: Stage) -> dict:
         "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
         "spans": [any(one.problem.all_spans) for one in stage.driven.manoeuvres],
         "standing": _rounded(truth.standing),
-        "seen": [[float(time), [*map(_rings, polygons(region))]] for time, region in truth.free],
+        "seen": [[float(time), [*map(_rounded, rings_of(region))]] for time, region in truth.free],
         "reasons": reasons(stage.driven.meta),
     }
 
@@ -311,11 +311,6 @@ def _manoeuvre(one: Shown) -> dict:
         "obstacles": _rounded(one.obstacles),
         "rest": _rounded(one.rest),
     }
-
-
-def _rings(part) -> list:
-    """Of a Shapely polygon its outline, then those of its holes."""
-    return _rounded([ring.coords for ring in (part.exterior, *part.interiors)])
 
 
 def _rounded(places) -> list:

@@ -203,21 +203,15 @@ class SceneView:
         ax.set_ylabel(self.labels[self.view.axes[1]])
 
 
-class Predicted(NamedTuple):
-    """path (n, T + 1, n_c) [m], q (n, n_q), error (n, T, n_c) [m]: predicted paths of all reference
-    points, goal states, tubes around them.
+def predicted(
+    model: TrajectoryModel, plans: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of plans (n, n_p + n_k), in float64, for drawing and not for verdicts: paths (n, T + 1, n_c)
+    [m] of all reference points, goal states (n, n_q), half widths (n, T, n_c) [m] of their tubes.
     """
-
-    path: np.ndarray
-    q: np.ndarray
-    error: np.ndarray
-
-
-def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
-    """Paths and tubes of plans (n, n_p + n_k), in float64, for drawing and not for verdicts."""
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     offsets, q = trajectories(model.net, model.layout, k)
-    return Predicted(moved_to(p0, offsets), q, model.tube.widest_at(k)[0])
+    return moved_to(p0, offsets), q, model.tube.widest_at(k)[0]
 
 
 def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:

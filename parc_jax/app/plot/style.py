@@ -6,6 +6,7 @@ survives the call.
 """
 
 import io
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,26 +25,7 @@ TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
 SEE_THROUGH = 0.6  # obstacles in space, which hide the parts behind them
 DPI = 200
 
-RC = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.labelsize": 9.0,
-    "legend.fontsize": 8.0,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlelocation": "left",
-    "axes.axisbelow": True,
-    "axes.linewidth": 0.7,
-    "grid.color": "#E4E4E4",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.3,
-    "legend.frameon": False,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "pdf.fonttype": 42,
-}
+RC = json.loads(Path(__file__).with_name("house.json").read_text(encoding="utf-8"))
 
 
 class Sheet(NamedTuple):

@@ -17,7 +17,6 @@ from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.certificate.write import problem_part
 from parc_jax.proof.regions import RegionTable
 
@@ -157,11 +156,6 @@ def final_error(model: TrajectoryModel) -> np.ndarray:
     """
     final = model.tube.final[model.tube.claimed]
     return np.median(final, axis=0) if len(final) else np.full(model.n_c + model.n_q, np.inf)
-
-
-def name_of_network(net: ReLUNetwork) -> str:
-    """The widths of its layers, or PARC for one affine map."""
-    return "-".join(map(str, net.hidden)) or "PARC"
 
 
 def facts_of(answer: Answer, cold_s: float | None) -> dict:

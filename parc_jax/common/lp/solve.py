@@ -48,14 +48,12 @@ def ask_clarabel(c, rows, offsets, equalities=0) -> tuple[str, np.ndarray, np.nd
     return words, x.astype(float), z.astype(float)
 
 
-def minimise(c, A, b, lo=None, hi=None) -> tuple[np.ndarray | None, float]:
+def minimise(c, A, b, lo, hi) -> tuple[np.ndarray | None, float]:
     """A point (n,) of {A x <= b, lo <= x <= hi} where c.x is least, and a proved lower bound of it.
 
     c (n,), A (h, n), b (h,); lo, hi (n,), infinite where unknown. The point satisfies the rows to
     lp_feasible; None, with the bound -inf, where Clarabel found none.
     """
-    lo = np.full(len(c), -np.inf) if lo is None else lo
-    hi = np.full(len(c), np.inf) if hi is None else hi
     above, below, eye = np.isfinite(hi), np.isfinite(lo), np.eye(len(c))
     rows = np.concatenate([A, eye[above], -eye[below]])
     offsets = np.concatenate([b, hi[above], -lo[below]])

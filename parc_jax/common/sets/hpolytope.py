@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, naming
 from parc_jax.common.sets.box import Box, box
 
 
@@ -48,10 +48,8 @@ def owned(s: Any, name: str) -> HPolytope:
     """A set as given, validated, in arrays that nobody else can change. Raises InputError."""
     if not isinstance(s, Box | HPolytope):
         raise InputError(f"{name}: expected a Box or an HPolytope; got {type(s).__name__}.")
-    try:
+    with naming(name):
         return from_box(box(s.lo, s.hi)) if isinstance(s, Box) else hpolytope(s.A, s.b)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
 
 
 def from_box(b: Box) -> HPolytope:

@@ -19,6 +19,7 @@ from parc_jax.learning.model import check_model
 from parc_jax.learning.runs.files import write_atomic
 
 CODE = Path(__file__).with_name("safe_set.h")
+GUARDS = Path(__file__).with_name("guards.h")  # against compilers that change sums
 LONGEST = 100  # characters of a line
 WARNING = (
     "What is_safe says is tested in float64: every decision keeps a margin that pays for the "
@@ -37,25 +38,6 @@ COMPARED = (
     "plan that ends in the goal keeps apart, by float64 and its margins. The conditions are those "
     "of"
 )
-GUARDS = """#include <float.h>
-#include <stdint.h>
-
-#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
-#error "compile without -ffast-math: margins rely on the rounding of float64"
-#endif
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#error "compile without -ffinite-math-only: what is not a number would be called safe"
-#endif
-#ifdef __ASSOCIATIVE_MATH__
-#error "compile without -fassociative-math: margins rely on sums of the terms that are written"
-#endif
-#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1)
-#error "compile so that double is computed as double (-mfpmath=sse): margins rely on float64"
-#endif
-#if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
-#error "compile for IEEE's double of 64 bits: margins rely on the rounding of float64"
-#endif
-"""
 
 
 def write_c(answer: Answer, path, name: str | None = None) -> Path:
@@ -98,7 +80,9 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     # of two of one name in one program the second would silently be left out
     once = f"#if defined({guard}) && {guard} != {mark}\n#error two headers are named {name}\n#endif"
     once += f"\n#ifndef {guard}\n#define {guard} {mark}\n"
-    return write_atomic(path, "\n".join(["/*", *said, " */", once, GUARDS, text]).encode())
+    return write_atomic(
+        path, "\n".join(["/*", *said, " */", once, GUARDS.read_text(), text]).encode()
+    )
 
 
 def _sizes(answer: Answer, table: Tables) -> dict[str, int]:

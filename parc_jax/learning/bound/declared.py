@@ -22,6 +22,7 @@ from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.learning.system import TimeGrid
 
 _HOLDS = "THE TUBE HOLDS"
+_NOT_SHOWN: dict = {"eps": None, "delta": None, "looks": 1}
 
 
 def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = None) -> ErrorClaim:
@@ -44,11 +45,9 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         subject=train.subject,
         network=net.hash,
         quantifier="assumed for every run",
-        eps=None,
-        delta=None,
         n=train.n - failed,
         discard=failed,
-        looks=1,
+        **_NOT_SHOWN,
         law=train.law,
         assumptions=(_HOLDS, *told, between),
         evidence=evidence | ({"left_out": gone} if gone else {}),
@@ -86,11 +85,9 @@ def declared_claim(
         subject=subject(system, domain, time, tube.n_p, tube.n_q, points, rotation, labels, given),
         network=net.hash,
         quantifier=why.strip().rstrip("."),
-        eps=None,
-        delta=None,
         n=0,
         discard=0,
-        looks=1,
+        **_NOT_SHOWN,
         law=law_spec("declared", domain, "given"),
         assumptions=(_HOLDS, *invariances(rotation)[1:]),
     )

@@ -24,7 +24,7 @@ from parc_jax.learning.bound.measure import (
     scores_of,
 )
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube, zero_tube
-from parc_jax.learning.network.predict import Layout, layout_of, trajectories
+from parc_jax.learning.network.predict import layout_of, trajectories
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 
@@ -152,10 +152,10 @@ def fitted_profile(
     frame = zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + runs[0].n_q, layout.n_points)
     numbers = [frame.bins_of(batch.k) for batch in runs]
     counts = sum(runs_per_bin(n, frame.n_bins) for n in numbers)
-    directions = _directions(net, layout, runs, numbers, counts)
+    directions = _directions(net, runs, numbers, counts)
     if not turned:
         directions = Errors(*(u[..., : u.shape[-1], :] for u in directions))
-    least, most = _extremes(net, layout, runs, numbers, directions)
+    least, most = _extremes(net, runs, numbers, directions)
     counts = counts.reshape(frame.grid)
     parts = zip(directions, least, most, (False, True), strict=True)
     during, at_end = (_between(u, low, high, counts, frames) for u, low, high, frames in parts)
@@ -181,21 +181,17 @@ class _Spread(NamedTuple):
 
 
 def _directions(
-    net: ReLUNetwork,
-    layout: Layout,
-    runs: Sequence[RolloutBatch],
-    numbers: list[np.ndarray],
-    counts: np.ndarray,
+    net: ReLUNetwork, runs: Sequence[RolloutBatch], numbers: list[np.ndarray], counts: np.ndarray
 ) -> Errors:
     """Axes and principal ones: interval (n_bins, T, m, 2 n_p, n_p), final (n_bins, 2 n_e, n_e)."""
+    layout = layout_of(runs[0])
     n_e = layout.n_c + runs[0].n_q
     during = np.zeros((len(counts), layout.n_steps + 1, layout.n_points, layout.n_p))
     at_end = np.zeros((len(counts), n_e))
     knots, end = (_Spread(counts, x, np.zeros((*x.shape, x.shape[-1]))) for x in (during, at_end))
     for batch, bins in zip(runs, numbers, strict=True):
         offsets, q = trajectories(net, layout, batch.k)
-        stride = (batch.p.shape[1] - 1) // layout.n_steps
-        error = batch.p[:, ::stride] - offsets
+        error = batch.p[:, :: batch.time.stride] - offsets
         last = np.concatenate([error[:, -1], batch.q - q], axis=1)
         error = error.reshape(batch.n, *during.shape[1:])
         for number in np.unique(bins):
@@ -224,15 +220,12 @@ def with_principal_axes(covariance: np.ndarray) -> np.ndarray:
 
 
 def _extremes(
-    net: ReLUNetwork,
-    layout: Layout,
-    runs: Sequence[RolloutBatch],
-    numbers: list[np.ndarray],
-    directions: Errors,
+    net: ReLUNetwork, runs: Sequence[RolloutBatch], numbers: list[np.ndarray], directions: Errors
 ) -> tuple[Errors, Errors]:
     """Least and largest error of a bin's runs along its directions; infinite where it has none."""
     least = Errors(*(np.full(u.shape[:-1], np.inf) for u in directions))
     most = Errors(*(np.full(u.shape[:-1], -np.inf) for u in directions))
+    layout = layout_of(runs[0])
     slack = allowance(net, runs[0].domain, layout)
 
     def extremes(batch: RolloutBatch, bins: np.ndarray, rows: np.ndarray) -> tuple:

@@ -7,7 +7,6 @@ for JAX, and many patterns at once in chunks, for tables. (In integers: `exact.f
 from collections.abc import Iterator, Sequence
 from types import ModuleType
 
-import jax
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Int
 
@@ -17,23 +16,18 @@ from parc_jax.learning.network.relu import ReLUNetwork
 CHUNK_BYTES = 8 << 20  # working set of one chunk of regions
 
 
-def pattern_map(
-    weights: Sequence[np.ndarray | jax.Array],
-    biases: Sequence[np.ndarray | jax.Array],
-    pattern: Bool[ArrayLike, " hidden"],
-    xp: ModuleType = np,
-):
+def pattern_map(net: ReLUNetwork, pattern: Bool[ArrayLike, " hidden"], xp: ModuleType = np):
     """Region rows A (n_hidden, n), b (n_hidden,) and map C (n_out, n), d (n_out,) of one activation
     pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it.
 
     xp: numpy, or jax.numpy for use inside a kernel.
     """
-    n = weights[0].shape[1]
+    n = net.n_in
     C = xp.eye(n, dtype=float)
     d = xp.zeros(n)
     rows = [xp.zeros((0, n))]
     bounds, first = [xp.zeros(0)], 0
-    for W, bias in zip(weights[:-1], biases[:-1], strict=True):
+    for W, bias in zip(net.weights[:-1], net.biases[:-1], strict=True):
         C = xp.matmul(W, C)
         d = xp.matmul(W, d) + bias
         on = pattern[first : first + len(bias)]
@@ -43,8 +37,8 @@ def pattern_map(
         bounds.append(-sign * d)
         C = xp.where(on[:, None], C, 0.0)
         d = xp.where(on, d, 0.0)
-    C = xp.matmul(weights[-1], C)
-    d = xp.matmul(weights[-1], d) + biases[-1]
+    C = xp.matmul(net.weights[-1], C)
+    d = xp.matmul(net.weights[-1], d) + net.biases[-1]
     return xp.concatenate(rows), xp.concatenate(bounds), C, d
 
 
@@ -55,7 +49,7 @@ def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.
     joint = np.empty((r, n + 1, net.n_out))
     for rows in _chunks(net, r):
         h = _inputs(n, len(patterns[rows]))
-        for _, active in _hidden_maps(net.weights[:-1], net.biases[:-1], patterns[rows]):
+        for _, active in _hidden_maps(net, patterns[rows]):
             h = active
         flat = joint[rows].reshape(-1, net.n_out)
         np.matmul(h.reshape(len(h), -1).T, net.weights[-1].T, out=flat)
@@ -80,7 +74,7 @@ def facet_rows(
     for rows in _chunks(net, len(patterns)):
         inside = order[slice(*np.searchsorted(sorted_region, (rows.start, rows.stop)))]
         first = 0
-        for z, _ in _hidden_maps(net.weights[:-1], net.biases[:-1], patterns[rows]):
+        for z, _ in _hidden_maps(net, patterns[rows]):
             here = inside[(label[inside] >= first) & (label[inside] < first + len(z))]
             out[here] = z[label[here] - first, region[here] - rows.start]
             first += len(z)
@@ -103,17 +97,15 @@ def last_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.nd
     return table
 
 
-def _hidden_maps(
-    weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], patterns: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _hidden_maps(net: ReLUNetwork, patterns: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Per hidden layer: (width, r, n + 1) maps of the pre-activations and of the activations under
     each pattern; the last axis holds the gradient, then the constant.
     """
     r = len(patterns)
-    n = weights[0].shape[1] if weights else 0
+    n = net.n_in
     h = _inputs(n, r)
     first = 0
-    for W, b in zip(weights, biases, strict=True):
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         last = first + len(b)
         z = (W @ h.reshape(len(h), -1)).reshape(len(b), r, n + 1)
         z[:, :, n] += b[:, None]

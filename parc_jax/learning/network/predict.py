@@ -19,7 +19,7 @@ def predict(
     net: ReLUNetwork, layout: Layout, k: Float[ArrayLike, " n_k"]
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Kernel: offsets (T + 1, n_c) from p0, states (n_q,), activation pattern (n_hidden,) at k."""
-    y, active = forward(net.weights, net.biases, k)
+    y, active = forward(net, k)
     knots = jnp.concatenate([jnp.zeros(layout.n_p, y.dtype), y[: layout.n_offsets]])
     return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
 

@@ -53,19 +53,17 @@ class ReLUNetwork:
 
     def __call__(self, x: jax.Array) -> jax.Array:
         """One input (n_in,) -> (n_out,). Pure; vmap for batches."""
-        return forward(self.weights, self.biases, x)[0]
+        return forward(self, x)[0]
 
 
-def forward(
-    weights: Sequence[ArrayLike], biases: Sequence[ArrayLike], x: Float[ArrayLike, " n_in"]
-) -> tuple[jax.Array, jax.Array]:
+def forward(net: ReLUNetwork, x: Float[ArrayLike, " n_in"]) -> tuple[jax.Array, jax.Array]:
     """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
     active = [jnp.zeros(0, bool)]
-    for W, b in zip(weights[:-1], biases[:-1], strict=True):
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         z = product(W, x) + b
         active.append(z > 0)
         x = jnp.maximum(z, 0)
-    return product(weights[-1], x) + biases[-1], jnp.concatenate(active)
+    return product(net.weights[-1], x) + net.biases[-1], jnp.concatenate(active)
 
 
 def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:

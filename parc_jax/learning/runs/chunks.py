@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from parc_jax import __version__
-from parc_jax.common.backend import backend
+from parc_jax.common.backend import ROLLOUTS, backend
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.files import read_npz, write_atomic, write_npz
@@ -146,7 +146,7 @@ def worker_devices(system) -> list:
     if callable(getattr(system, "rollout_batch", None)):
         return [None] * getattr(system, "at_once", 1)
     devices = jax.local_devices()
-    if not backend(devices[0]).threads:
+    if not backend(devices[0]).in_turn:
         return devices
     # devices of one CPU are the same cores, and a program is compiled for each device
     return devices[:1] * cores()
@@ -203,7 +203,6 @@ def default_chunk(system, n: int, workers: int) -> int:
     """Rows per compiled call: a power of two, of the size that suits the kind of device."""
     n_c = len(points_of(system)) * system.n_p
     row_bytes = 8 * ((system.time.n_record + 1) * n_c + system.n_q)
-    how = backend()
-    largest = max(how.rollouts, how.rollout_bytes // row_bytes)
+    largest = max(ROLLOUTS, backend().rollout_bytes // row_bytes)
     wanted = max(16, -(-n // workers))
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())

@@ -287,7 +287,6 @@ def title_of(stage: Stage, first_row: int) -> str:
     return {
         Stage.TRAIN: "training runs",
         Stage.BOUND: "fresh runs for the bound",
-        Stage.REPLAY: "replay",
         Stage.VALIDATE: "validation",
         Stage.SCENE: "tests in the scene",
     }.get(stage, Stage(stage).name.lower())

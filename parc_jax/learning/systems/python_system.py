@@ -3,7 +3,9 @@
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import jax
 import numpy as np
@@ -23,6 +25,7 @@ LOST = ("failed", "again")
 AT_ONCE = 3  # chunks that a fleet works on, so that the slowest run delays none
 
 
+@dataclass(eq=False, repr=False)
 class PythonSystem:
     """A black box around simulate(rng, k) -> (p, q). Build with `python_system`, which validates.
 
@@ -30,31 +33,26 @@ class PythonSystem:
     progress bar. at_once: chunks worked on side by side.
     """
 
-    def __init__(
-        self,
-        simulate,
-        simulate_from,
-        name: str,
-        domain: Box,
-        time: TimeGrid,
-        n_p: int,
-        n_q: int,
-        workers: int,
-        law,
-        points: tuple[str, ...],
-        fleet: Fleet | None,
-    ):
-        self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
-        self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
-        self.points = points
-        self.chunk, self.at_once = RUNS_PER_WORKER * max(1, workers), 1
-        if fleet is not None and not fleet.own:
-            self.chunk, self.at_once = ELSEWHERE * fleet.workers, AT_ONCE
-        self.q_labels: Sequence[str] | None = None
-        self.k_labels: Sequence[str] | None = None
-        self._fleet = fleet
+    simulate: Callable
+    simulate_from: Any  # a function, or None
+    name: str
+    law: Mapping | None
+    domain: Box
+    time: TimeGrid
+    n_p: int
+    n_q: int
+    workers: int
+    points: tuple[str, ...]
+    q_labels: Sequence[str] | None
+    k_labels: Sequence[str] | None
+    _fleet: Fleet | None
+
+    def __post_init__(self) -> None:
+        self.chunk, self.at_once = RUNS_PER_WORKER * max(1, self.workers), 1
+        if self._fleet is not None and not self._fleet.own:
+            self.chunk, self.at_once = ELSEWHERE * self._fleet.workers, AT_ONCE
         self._has_worked = False
-        if simulate_from is not None:
+        if self.simulate_from is not None:
             self.rollout_from_batch = self._rollout_from_batch
 
     def rollout_batch(self, keys: jax.Array, ks: np.ndarray) -> Trajectory | Retried:
@@ -166,8 +164,5 @@ def python_system(
     if executor is None and workers:
         fleet = Fleet(name, partial(Processes, workers), workers, own=True)
     named = check_points(name, points)
-    black_box = (name, domain, time, n_p, n_q)
-    system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named, fleet)
-    system.q_labels = q_labels
-    system.k_labels = k_labels
-    return system
+    black_box = name, law, domain, time, n_p, n_q, workers, named, q_labels, k_labels
+    return PythonSystem(simulate, simulate_from, *black_box, fleet)

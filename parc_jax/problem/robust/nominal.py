@@ -16,7 +16,7 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, naming
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
@@ -283,10 +283,8 @@ def nominal_problems(
     nominal = []
     for row, problem in enumerate(problems):
         check_kind(f"problem {row} of the batch", problem, Problem)
-        try:
+        with naming(f"problem {row} of the batch"):
             nominal.append(Query(problem, model).nominal(cache))
-        except InputError as error:
-            raise InputError(f"problem {row} of the batch: {error}") from None
     for row, other in enumerate(nominal):
         if other.model is not nominal[0].model:
             raise InputError(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +11,15 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError
+from parc_jax.common.on_use import Late, package
 from parc_jax.common.options import check_count
 from parc_jax.common.said import slot
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.outlines import Edge, package, require_near, thin_pieces
+from parc_jax.problem.world.outlines import Edge, require_near, thin_pieces
 
-if TYPE_CHECKING:
-    import shapely
-
+CALL = "free space"
+shapely = Late("shapely", CALL)
 ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
 SPLIT = 3  # parts of a gap, so that one of any angle is inside of chords
 
@@ -55,7 +55,6 @@ class Beams:
         the region, no obstacle that stood still can have caused it: in the gaps beside it only the
         free part of the scan itself is left. Errors remove more, never less.
         """
-        shapely = package("shapely", "free space")
         shapely.prepare(region)
         places = self._at(np.where(np.isfinite(self.ends), self.ends, 0.0))
         met = np.flatnonzero(np.isfinite(self.ends) & shapely.contains_xy(region, places))
@@ -77,7 +76,6 @@ class Beams:
 
     def _behind(self, region: "shapely.Geometry", dark: np.ndarray) -> "shapely.Geometry":
         """The area beyond the free part, in the gaps beside beams (n,) bool."""
-        shapely = package("shapely", "free space")
         if self.closed:  # the first beam stands at both ends
             dark[[0, -1]] = dark[0] | dark[-1]
         for _ in range(self.more):
@@ -106,7 +104,6 @@ class Beams:
 
 
 STANDS = Beams(np.zeros(2), *[np.zeros(0)] * 4, 0.0, 0, False)
-CALL = "free space"
 BOUNDS = {  # what may be told, and of what: from the least, which alone is sure, to the most
     "noise": "ranges are off by {} m",
     "angle_error": "beams by {} rad",
@@ -152,7 +149,7 @@ class FreeSpace:
     def __post_init__(self):
         for name in ("gone", "standing"):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, package("shapely", CALL).Polygon())
+                object.__setattr__(self, name, shapely.Polygon())
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
@@ -171,7 +168,7 @@ class FreeSpace:
         ends, left, some = (other.beams or STANDS).refuted(self.region)
         others, leaves, more = (self.beams or STANDS).refuted(other.region)
         # only what is newer measures free what was refuted
-        seen = package("shapely", CALL).Polygon() if other.beams is None else other.region
+        seen = shapely.Polygon() if other.beams is None else other.region
         gone = left.union(leaves).union(self.gone.difference(seen)).union(other.gone)
         standing = self.standing.difference(seen).union(other.standing)
         # holes are filled before refuted parts leave, which would look like holes
@@ -188,7 +185,7 @@ class FreeSpace:
         """What was seen since the last call alone is free, all of it at the first call: called
         every t seconds, no place stays free that was not seen for 2t. [T44]
         """
-        newer = FreeSpace(package("shapely", CALL).Polygon(), self.width)
+        newer = FreeSpace(shapely.Polygon(), self.width)
         if self.newer is None:
             return replace(self, beams=None, newer=newer, memory=True)
         # a later scan may have refuted there what it could not refute within the newer part alone
@@ -210,7 +207,6 @@ class FreeSpace:
 
     def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """Its part in a square, reach [m] to each side of (x, y[, heading]). Raises InputError."""
-        shapely = package("shapely", CALL)
         (x, y), reach = place_of(place), at_least(f"{CALL} reach", reach)
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         parts = [_areas(g.intersection(square)) for g in (self.region, self.gone, self.standing)]
@@ -227,7 +223,7 @@ class FreeSpace:
             odometry of wheels is worse along.
         turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises InputError.
         """
-        middle = package("shapely", CALL).Point(place_of(place))
+        middle = shapely.Point(place_of(place))
         along, across = (
             at_least(f"{CALL} moved", most) for most in np.broadcast_to(moved, 2).tolist()
         )
@@ -265,7 +261,6 @@ class FreeSpace:
         most: pieces; where there are more, the tolerance is doubled, at most twice.
         Raises InputError where the place has no free space around it.
         """
-        shapely = package("shapely", CALL)
         base, middle = self.within(place, reach), shapely.Point(place_of(place))
         tolerance = at_least(f"{CALL} tolerance", tolerance)
         check_count("near most", most, 1, "64")
@@ -289,7 +284,6 @@ class FreeSpace:
         corners: (n, 2) [m], the body is their hull.
         uncertainty: [m] bound of the error of its place. Raises InputError.
         """
-        shapely = package("shapely", CALL)
         body = shapely.MultiPoint(_corners(corners)).convex_hull
         gap = at_least(f"{CALL} uncertainty", uncertainty) + TOLERANCES.outline
         border = self.region.boundary
@@ -309,7 +303,6 @@ class FreeSpace:
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
-        shapely = package("shapely", CALL)
         rings = shapely.get_rings(shapely.get_parts(self.region))
         places, ring = shapely.get_coordinates(rings, return_index=True)
         if not len(places):
@@ -318,7 +311,7 @@ class FreeSpace:
         return np.stack([places[:-1], places[1:]], axis=1)[same]
 
     def __repr__(self) -> str:
-        corners = counted(package("shapely", CALL).get_num_coordinates(self.region), "corner")
+        corners = counted(shapely.get_num_coordinates(self.region), "corner")
         return f"<FreeSpace: {self.region.area:.3g} m², {corners}>"
 
 
@@ -343,7 +336,6 @@ def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
     Algorithm: a proposal of Shapely counts if its predicates, which are exact or bounded by
     floats, show that it lies inside, so far from the boundary; else nothing is left.
     """
-    shapely = package("shapely", CALL)
     if not region.is_valid:
         return shapely.Polygon()
     shapely.prepare(region)
@@ -365,7 +357,6 @@ def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across
 
     Algorithm: in a frame turned to the longer axis and shortened along it, the ellipse is a disc.
     """
-    shapely = package("shapely", CALL)
     middle, heading = place[:2], place[2] + (0.5 * np.pi if across > along else 0.0)
     along, across = max(along, across), min(along, across)
     across = max(across, along / FLATTEST) + TOLERANCES.outline
@@ -379,7 +370,6 @@ def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across
 
 def _areas(geometry: "shapely.Geometry"):
     """Its polygons only: lines and points left over by operations hold no body."""
-    shapely = package("shapely", CALL)
     if geometry.geom_type == "Polygon":
         return geometry
     parts = shapely.get_parts(shapely.get_parts(geometry))
@@ -389,7 +379,6 @@ def _areas(geometry: "shapely.Geometry"):
 
 def _filled(region: "shapely.Geometry", width: float):
     """The region without holes too small for a disc of diameter width. [T41d]"""
-    shapely = package("shapely", CALL)
     if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
         return region
     out = []

@@ -5,8 +5,7 @@ few convex pieces that cover them.
 import json
 from dataclasses import dataclass
 from fractions import Fraction
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +15,7 @@ import numpy.typing as npt
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, SoundnessError, check_text, reading
-from parc_jax.common.on_use import package
+from parc_jax.common.on_use import Late, package
 from parc_jax.common.said import slot
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import polytope_around
@@ -25,9 +24,7 @@ from parc_jax.common.spelling import exact
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.problem.body import Body, Disc, Part, body_of
 
-if TYPE_CHECKING:
-    import shapely
-
+shapely = Late("shapely", "free space")  # for edges; what else needs it names itself
 TINY = 5e-3  # [m] outlines of this size are 500 m of degrees
 FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
 
@@ -37,8 +34,8 @@ def outlines(name: str, value: object) -> list:
     `__geo_interface__`, or corners (n, 2). Raises InputError, which begins with `name`.
     """
     shapely = package("shapely", name)
-    geometry = value if isinstance(value, shapely.Geometry) else _read(name, value, shapely)
-    _require_local(name, [value, geometry], shapely)
+    geometry = value if isinstance(value, shapely.Geometry) else _read(name, value)
+    _require_local(name, [value, geometry])
     parts = shapely.get_parts(shapely.force_2d(geometry)).tolist()
     while any(hasattr(part, "geoms") for part in parts):
         parts = [one for part in parts for one in shapely.get_parts(part)]
@@ -57,17 +54,13 @@ def outlines(name: str, value: object) -> list:
             )
     if not parts:
         raise InputError(f"{name}: expected at least one polygon or line; got none.")
-    if geometry is not value and (half := float(np.median([*map(_extent, parts)]))) < TINY:
+    sides = [np.ptp(shapely.get_coordinates(part), axis=0).max() for part in parts]
+    if geometry is not value and (half := float(np.median(sides))) < TINY:
         raise InputError(
             f"{name}: expected metres; half of its outlines are below {half:.2g} m. Are they "
             "degrees, as GeoJSON has them? Project them, and subtract an origin."
         )
     return parts
-
-
-def _extent(part: "shapely.Geometry") -> float:
-    x0, y0, x1, y1 = part.bounds
-    return max(x1 - x0, y1 - y0)
 
 
 def require_near(name: str, places: np.ndarray) -> None:
@@ -89,7 +82,7 @@ def require_turn(name: str, heading: float, turns: int = 1) -> None:
         )
 
 
-def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
+def _require_local(name: str, inside: list) -> None:
     """Raises InputError for a stated coordinate system: degrees, stretched metres, or far ones."""
     told: list = []
     for one in inside:  # grows: features, and what they and collections hold
@@ -107,7 +100,7 @@ def _require_local(name: str, inside: list, shapely: ModuleType) -> None:
         )
 
 
-def _read(name: str, value: object, shapely: ModuleType):
+def _read(name: str, value: object):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
         corners = as_float64(f"{name} corners", value, (None, 2))
@@ -189,7 +182,6 @@ class Edge(HPolytope):
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""
-        shapely = package("shapely", "free space")
         if self.region is None or not np.isfinite(places).all():
             return False
         return bool(self.region.contains(shapely.MultiPoint(places).convex_hull))
@@ -199,7 +191,6 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     """The obstacle as the edge that was written so; itself for None. Raises InputError."""
     if written is None:
         return obstacle
-    shapely = package("shapely", "free space")
     with reading(
         "edge", f"text as a saved scene has it, not {written!r:.40}", shapely.GEOSException
     ):

@@ -114,9 +114,8 @@ class BranchAndBound:
         for i, node in enumerate(batch.nodes):
             if node.leaf is None and node.split is None:
                 margins = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
-                tube, n_p = self.model.tube, self.model.n_p
-                at = choose_split(node, margins, seen.effects[i], tube, n_p)
-                children += node.cut(*at, n_p)
+                at = choose_split(node, margins, seen.effects[i], self.model.tube)
+                children += node.cut(*at, self.model.n_p)
         return children
 
     def _try_plans(self, nodes: list[Node]) -> None:

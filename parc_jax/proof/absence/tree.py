@@ -64,11 +64,7 @@ class Node:
 
 
 def choose_split(
-    node: Node,
-    margins: Float[np.ndarray, " r"],
-    effects: Float[np.ndarray, "r n"],
-    tube: Tube,
-    n_p: int,
+    node: Node, margins: Float[np.ndarray, " r"], effects: Float[np.ndarray, "r n"], tube: Tube
 ) -> tuple[int, float]:
     """Axis and value. margins, effects: of the reasons, as in `Examined`.
 
@@ -79,18 +75,18 @@ def choose_split(
     ratio = np.where(total > 0, -margins / np.where(total > 0, total, 1), np.inf)
     reason = int(np.argmin(ratio))
     weight = effects[reason] if np.isfinite(ratio[reason]) else node.hi - node.lo
-    weight = weight * np.where(np.arange(len(weight)) < n_p, 1.0, K_FIRST)
+    weight = weight * np.where(np.arange(len(weight)) < tube.n_p, 1.0, K_FIRST)
     for axis in np.argsort(-weight):
-        middle = _middle(node, int(axis), tube, n_p)
+        middle = _middle(node, int(axis), tube)
         if node.lo[axis] < middle < node.hi[axis]:
             return int(axis), middle
     raise ArithmeticError("a box has become too small to split")
 
 
-def _middle(node: Node, axis: int, tube: Tube, n_p: int) -> float:
+def _middle(node: Node, axis: int, tube: Tube) -> float:
     middle = float((node.lo[axis] + node.hi[axis]) / 2)
-    if axis >= n_p:
-        edge = tube.edges[axis - n_p]
+    if axis >= tube.n_p:
+        edge = tube.edges[axis - tube.n_p]
         inside = edge[(edge > node.lo[axis]) & (edge < node.hi[axis])]
         if len(inside):
             return float(inside[np.argmin(np.abs(inside - middle))])

@@ -14,11 +14,10 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Float
 
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.proof.regions.complex import Complex
+from parc_jax.proof.regions.domain import UnitProblem
 from parc_jax.proof.regions.proof import prove_complete, recheck_signs
 from parc_jax.proof.regions.signs import SignOracle
 from parc_jax.proof.regions.storage import CHUNK, or_over_cells, row_chunks, unpack
@@ -85,17 +84,10 @@ def _wedge_table(n: int, k: int):
 
 
 def build_table(
-    net: ReLUNetwork,
-    domain: Box,
-    lattice: Complex,
-    oracle: SignOracle,
-    scale: Float[np.ndarray, " n"],
-    domain_volume: float,
+    net: ReLUNetwork, domain: Box, unit: UnitProblem, oracle: SignOracle
 ) -> RegionTable:
-    """The proved table of a finished subdivision. Raises SoundnessError when the proof fails.
-
-    scale (n,): unit coordinates to the caller's. domain_volume: in unit coordinates.
-    """
+    """The proved table of a finished subdivision. Raises SoundnessError when the proof fails."""
+    lattice, scale = oracle.lattice, unit.scale
     n = lattice.n
     n_rows = len(oracle.exact.rows)
     boundaries = tuple(lattice.all_rows(drop=True))
@@ -112,21 +104,20 @@ def build_table(
     plus, minus = np.split(both, 2, axis=1)
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
     effort = (oracle.n_signs, oracle.n_exact, oracle.n_repaired)
-    proof = prove_complete(
-        volumes, domain_volume, faces, plus, minus, facet_label, facet_count, effort
-    )
-    unit = float(np.prod(scale))
+    whole = float(np.prod(unit.hi - unit.lo))
+    proof = prove_complete(volumes, whole, faces, plus, minus, facet_label, facet_count, effort)
+    size = float(np.prod(scale))
     return RegionTable(
         net=net,
         domain=domain,
         patterns=unpack(plus, n_rows + sum(net.hidden))[:, n_rows:],
-        volumes=volumes * unit,
+        volumes=volumes * size,
         points=points,
         point_error=point_error,
         boundaries=boundaries,
         facet_label=facet_label,
         facet_regions=facet_regions,
-        proof=proof.replace(volume=proof.volume * unit, domain_volume=proof.domain_volume * unit),
+        proof=proof.replace(volume=proof.volume * size, domain_volume=proof.domain_volume * size),
     )
 
 

@@ -45,11 +45,6 @@ class LayerBound(NamedTuple):
     lip: np.ndarray
 
 
-def input_bound(n: int) -> LayerBound:
-    """The inputs themselves: exact floats with unit gradients."""
-    return LayerBound(np.zeros(n), 0.0, np.ones(n))
-
-
 def cell_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.ndarray:
     """Euclidean norms (cells, w) of gradients of the last of these layers in each cell, rounded up.
 

@@ -1,7 +1,5 @@
 """`enumerate_regions`: all linear regions of a ReLU network on a box by exact subdivision [T16]."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from parc_jax.common.arrays import once
@@ -12,9 +10,9 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.proof.regions.assemble import build_table
 from parc_jax.proof.regions.complex import Budget, Growable, Sign
 from parc_jax.proof.regions.cut import cut
-from parc_jax.proof.regions.domain import MAX_DIMENSION, box_complex, unit_problem
+from parc_jax.proof.regions.domain import MAX_DIMENSION, UnitProblem, box_complex, unit_problem
 from parc_jax.proof.regions.exact import ExactNetwork
-from parc_jax.proof.regions.rounding import input_bound, point_rounding
+from parc_jax.proof.regions.rounding import LayerBound, point_rounding
 from parc_jax.proof.regions.signs import SignOracle
 from parc_jax.proof.regions.table import RegionTable
 
@@ -56,22 +54,21 @@ def enumerate_regions(
     lattice = box_complex(unit.lo, unit.hi, n_columns)
     exact = ExactNetwork(unit.A, unit.b, unit.weights, unit.biases)
     oracle = SignOracle(lattice, exact, point_rounding(net.n_in, n_columns), budget)
-    _cut_layers(oracle, unit.weights, unit.biases)
-    return build_table(net, domain, lattice, oracle, unit.scale, float(np.prod(unit.hi - unit.lo)))
+    _cut_layers(oracle, unit)
+    return build_table(net, domain, unit, oracle)
 
 
-def _cut_layers(
-    oracle: SignOracle, weights: Sequence[np.ndarray], biases: Sequence[np.ndarray]
-) -> None:
+def _cut_layers(oracle: SignOracle, unit: UnitProblem) -> None:
     """Cut along every neuron, layer by layer."""
     lattice = oracle.lattice
     column = len(oracle.exact.rows)
-    bound = input_bound(lattice.n)
+    # of the inputs themselves: exact floats with unit gradients
+    bound = LayerBound(np.zeros(lattice.n), 0.0, np.ones(lattice.n))
     h = lattice.x.view
-    for layer, b in enumerate(biases):
-        lattice.z = Growable(h @ weights[layer].T + b)
+    for layer, b in enumerate(unit.biases):
+        lattice.z = Growable(h @ unit.weights[layer].T + b)
         h_max = np.abs(h).max(axis=0, initial=0.0)
-        bound = oracle.begin(weights[: layer + 1], b, bound, h_max, column)
+        bound = oracle.begin(unit.weights[: layer + 1], b, bound, h_max, column)
         for j in range(len(b)):
             codes, plane = oracle.codes(j)
             if (codes == Sign.PLUS).any() and (codes == Sign.MINUS).any():

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import x64
 from parc_jax.common.backend import spread
-from parc_jax.common.errors import InputError, reading
+from parc_jax.common.errors import InputError, naming, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.shapes import Key
 from parc_jax.common.status import Status
@@ -199,12 +199,10 @@ def stack_problems(problems: Sequence[Problem], model: TrajectoryModel) -> list[
     """
     alike: dict[int, list[tuple[int, SceneArrays]]] = {}
     for row, problem in enumerate(problems):
-        try:
+        with naming(f"problem {row} of the batch"):
             few = len(problem.obstacles) <= FEW
             nominal = NominalProblem(problem, model)
             one = lowered(nominal, None if few else prune(problem, model)).arrays
-        except InputError as error:
-            raise InputError(f"problem {row} of the batch: {error}") from None
         alike.setdefault(size_class(len(problem.obstacles)), []).append((row, one))
     groups: dict[tuple, list[tuple[int, SceneArrays]]] = {}
     for some in alike.values():

@@ -1,5 +1,6 @@
 """A corridor cut to a cell (region, bin), where the network is affine: rows of a polytope. [T29]"""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import jax
@@ -17,31 +18,19 @@ from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.verdict.scene import Scene, SceneArrays
 
 
+@dataclass(frozen=True, eq=False)
 class SafePolytope:
     """The polytope of all (p0, k) of one activation pattern and one bin that satisfy a corridor.
 
-    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. w (o, T, n_p),
-    threshold (o, T, i): the inequalities w . p^ > threshold, for each point of each obstacle at
-    both ends of every interval; rounding tolerance included.
+    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        p0: np.ndarray,
-        k: np.ndarray,
-        pattern: np.ndarray,
-        bin: int,
-        corridor: Corridor,
-    ):
-        self.p0 = p0
-        self.k = k
-        self.pattern = pattern
-        self.bin = int(bin)
-        self.corridor = corridor
-        self.w = corridor.w
-        self.threshold = corridor.threshold(scene.model.tube.during(self.bin))
-        self.scene = scene
+    scene: Scene
+    p0: np.ndarray
+    k: np.ndarray
+    pattern: np.ndarray
+    bin: int
+    corridor: Corridor
 
     @property
     def cell(self) -> bytes:
@@ -57,18 +46,21 @@ class SafePolytope:
             parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)
         A, b, C, d = (np.asarray(x) for x in parts)
         rows, bounds = [A], [b]
-        active = np.asarray(scene.obstacles.active)[: len(self.w)]
-        points = self.corridor.points
+        # the inequalities w . p^ > threshold (o, T, i), for each point of each obstacle at both
+        # ends of every interval; rounding tolerance included
+        w, points = self.corridor.w, self.corridor.points
+        threshold = self.corridor.threshold(model.tube.during(self.bin))
+        active = np.asarray(scene.obstacles.active)[: len(w)]
         C = C.reshape(len(C), model.n_points, model.n_p, -1)[:, points]
         d = d.reshape(len(d), model.n_points, model.n_p)[:, points]
-        w = np.broadcast_to(self.w[:, :, None], (*self.threshold.shape, model.n_p))
+        w = np.broadcast_to(w[:, :, None], (*threshold.shape, model.n_p))
         for shift in (0, 1):
             knots = slice(shift, shift + model.time.n_steps)
             along = np.einsum("otip,toipk->otik", w, C[knots])
             offset = np.einsum("otip,toip->oti", w, d[knots])
             both = np.concatenate([w, along], axis=3)[active]
             rows.append(-both.reshape(-1, both.shape[-1]))
-            bounds.append((offset - self.threshold)[active].ravel())
+            bounds.append((offset - threshold)[active].ravel())
         A, b = np.concatenate(rows), np.concatenate(bounds)
         size = np.abs(A).sum(axis=1)
         real = size > 0
@@ -91,7 +83,7 @@ def _cell_rows(
     """
     n_p, n_k, layout = scene.start_A.shape[1], net.n_in, tube.layout
     with jax.default_matmul_precision("highest"):
-        region_A, region_b, C, d = pattern_map(net.weights, net.biases, pattern, jnp)
+        region_A, region_b, C, d = pattern_map(net, pattern, jnp)
     q_C, q_d = C[layout.n_offsets :], d[layout.n_offsets :]
     C = jnp.concatenate([jnp.zeros((n_p, n_k)), C[: layout.n_offsets]])
     d = jnp.concatenate([jnp.zeros(n_p), d[: layout.n_offsets]])

@@ -55,7 +55,7 @@ def cut_around(
             # a polytope is convex: the mean of plans inside is inside too
             p0, k = inside.p0.mean(axis=0), inside.k.mean(axis=0)
             corridor = corridors.all[popular[c]]
-            cuts.append(SafePolytope(scene, p0, k, inside.pattern[0], inside.bin[0], corridor))
+            cuts.append(SafePolytope(scene, p0, k, inside.pattern[0], int(inside.bin[0]), corridor))
     return cuts
 
 

@@ -163,10 +163,7 @@ class Pair(NamedTuple):
     points: jax.Array
     active: jax.Array
 
-    @property
-    def closed(self) -> bool:
-        """As of `Obstacles`."""
-        return self.signs.shape[0] > 0
+    closed = Obstacles.closed
 
     def gaps(self, path: Path, errors: ErrorSet, until: Scalar | None = None):
         """Gap (T,) [m] in every interval, and the unit direction (T, n_p) that shows it; errors
@@ -301,10 +298,7 @@ def _rounded(points: Iterable[Point]) -> np.ndarray:
 
 def bucket(n: int) -> int:
     """Padded size for n items: few compiled shapes. Powers of two beyond the last bucket."""
-    for size in BUCKETS:
-        if n <= size:
-            return size
-    return 1 << (n - 1).bit_length()
+    return next((size for size in BUCKETS if n <= size), 1 << (n - 1).bit_length())
 
 
 class Alike(NamedTuple):
