@@ -57,8 +57,9 @@ SOME = 100  # safe plans seen before a draw may be as large as it wants
 # fewer cost more looks, and the corridors that are built meanwhile
 ENOUGH = 16_000
 EXPLORING = 2000  # of any other, which only says where to build
-# safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
-REMEMBERED = 60_000
+# safe plans kept, of each look and in all, the last ones: a uniform sample of the safe set, whose
+# paths take memory
+KEPT, REMEMBERED = 6000, 60_000
 
 
 class Points(NamedTuple):
@@ -228,7 +229,7 @@ class Sampler:
         one = self._coming.result()
         self._coming = None
         self.tally = self.tally.plus(one)
-        self._seen.append(one.safe)
+        self._seen.append(one.safe.at(np.arange(min(len(one.safe.k), KEPT))))
         while sum(len(s.k) for s in self._seen[1:]) > REMEMBERED:
             self._seen.pop(0)
         return one.safe
