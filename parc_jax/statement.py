@@ -330,7 +330,8 @@ def summary(answer, drawn: str) -> str:
             doubt=asked.uncertainty is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
-        lines.append(f"Safe: {share}.")
+        leaky = answer.model.claim.kind == VALIDATED
+        lines.append(f"Safe{' under a tube that runs may leave' * leaky}: {share}.")
         lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
         if cover.refused:
             lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")

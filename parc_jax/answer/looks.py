@@ -132,6 +132,8 @@ def looks_of_json(data: dict | None) -> Looks:
             looks.declare(Fraction(data["delta"]), data["planned"])
         looks.taken, looks.others = data["taken"], tuple(map(Fraction, data.get("others", ())))
         check_count("looks taken", looks.taken, 0, "how many were taken")
+        if looks.taken > looks.planned or not all(0 < delta < 1 for delta in looks.others):
+            raise InputError("looks: expected no more taken than planned, and deltas below 1.")
     return looks
 
 

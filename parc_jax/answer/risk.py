@@ -8,8 +8,9 @@ import numpy as np
 
 from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
-from parc_jax.learning.bound.statement import VALIDATED, probability
+from parc_jax.learning.bound.statement import VALIDATED, confidence_of, probability
 from parc_jax.learning.labels import name_of
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.statement import about_risk, about_sensing
 
 if TYPE_CHECKING:
@@ -28,10 +29,8 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     promised = claim.risk(density=1.0, claimed=True)  # nothing is safe in bins without claim
     if isinstance(promised, NoStatement):
         return promised
-    asked = (answer.scene.nominal.query or answer.scene.nominal).model
-    if asked.given:  # also left free, for every value that is measured
-        names = ", ".join(name_of(asked.labels.k[axis]) for axis in asked.given)
-        return NoStatement(f"{names} is measured at the start, and drawn by nobody")
+    if none := measured_of(answer.scene.nominal):
+        return none
     if not claim.law.is_even:
         law = claim.law.k_law
         return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
@@ -46,6 +45,13 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     return risk
 
 
+def measured_of(asked: NominalProblem) -> NoStatement | None:
+    """No statement of draws of k where some of k is measured at the start, also if left free."""
+    model = (asked.query or asked).model
+    names = ", ".join(name_of(model.labels.k[axis]) for axis in model.given)
+    return NoStatement(f"{names} is measured at the start, and drawn by nobody") if names else None
+
+
 def about_draw(answer: "Answer") -> str:
     """The sentence about it."""
     risk, uncertainty = answer.risk(), answer.scene.nominal.uncertainty
@@ -54,7 +60,8 @@ def about_draw(answer: "Answer") -> str:
         most, how = probability(claim.premises["risk"], 2), "drawn by `sample`"
         if recorded(claim):
             how = "for k of one run, drawn from a new recording, from a start that `starts` draws,"
-        return f"Risk: a plan {how} fails with probability at most {most}: (V)."
+        sure = f"in this scene, confidence {confidence_of(claim.premises)}"
+        return f"Risk: a plan {how} fails with probability at most {most} {sure}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)
     about = density, answer.coverage.confidence, claim.premises
     text = about_risk(risk, "all that the corridors hold", *about)

@@ -60,8 +60,9 @@ def real(value):
     """The value itself. Raises TypeError for True and False, for complex numbers, of which NumPy
     would drop half, and for masked ones, whose mask it would drop.
     """
-    kind = getattr(getattr(value, "dtype", None), "kind", "")
-    if kind == "b" or isinstance(value, bool):
+    listed = isinstance(value, bool | list | tuple)
+    kind = getattr(np.asarray(value) if listed else value, "dtype", np.dtype(float)).kind
+    if kind == "b":
         raise TypeError("True and False are no numbers")
     if kind == "c":
         raise TypeError("complex numbers")

@@ -88,7 +88,7 @@ def test_a_bin_without_a_claim_is_not_watched():
     options = {"eps": 0.02, "delta": 1e-3, "bins": (2, 1), "claims": ("bins",), "quiet": True}
     claim = bound_error(NET, plant(breaks_down), jax.random.PRNGKey(1), **options)
     assert claim.tube.claimed.tolist() == [True, False]
-    assert "k drawn from 1 of 2 bins of K with a claim, confidence" in in_short(claim)
+    assert "k drawn uniformly from 1 of 2 bins of K with a claim, confidence" in in_short(claim)
     runs = collect(plant(breaks_down), KEY, 200, quiet=True)
     with pytest.raises(InputError, match=r"in bins that have a claim; .* of 200 runs are outside"):
         monitor(claim, NET).observe(runs)

@@ -83,9 +83,15 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
     assert "what was looked at before and the uncertainty that the scene allows for." in said
     covered, counts = data["meta"]["coverage"], data["meta"]["counts"]
     wrong = [{"coverage": covered | {"at_least": 7}}, {"coverage": covered | {"confidence": 1}}]
+    wrong += [{"coverage": covered | {"fresh_uncovered": 3}}, {"volume_of_all": "0.01"}]
     for other in (*wrong, {"counts": counts | {"safe": counts["drawn"] + 1}}, {"ended": "luck"}):
         path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
         with pytest.raises(InputError, match="expected counts of draws and shares between 0 and 1"):
+            load_answer(path)
+    looks = {"delta": "1/1000", "planned": 2, "taken": 3, "others": []}
+    for other in (looks, looks | {"taken": 1, "others": ["5"]}):
+        path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | {"looks": other})}))
+        with pytest.raises(InputError, match="no more taken than planned, and deltas below 1"):
             load_answer(path)
     for other in ({"pose": ["7", "7", None]}, {"at": ["7", "7"]}):
         path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))

@@ -188,6 +188,16 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     assert "k uniform on K" in chosen.model.claim.details()
 
 
+def test_a_plan_of_a_local_answer_names_its_box(near):
+    """N was told as K: the share of K was a hundred times too large."""
+    plan = near.answer.choose()
+    said = plan.details()
+    assert "% of N and proved safe" in said and "by the claim over N, which" in said
+    assert "of K and proved" not in said and "claim over K" not in said
+    with pytest.raises(InputError, match="expected a plan of an answer over all of K; this one"):
+        plan.localise(plant(toy.gusty, toy.T), KEY, SMALL)
+
+
 def test_a_local_tube_that_is_not_narrower_says_so(near):
     same = replace(near, at_end=1.01, on_the_way=0.7)
     assert not same.is_narrower and "NOT narrower" in same.details()

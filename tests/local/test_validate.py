@@ -221,6 +221,9 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert in_short(accepted) == "of a validated set: runs may leave it"
     assert "% of the model's safe set under a tube that runs may leave" in repr(validated)
     assert "may leave" not in repr(answer)
+    short = validated.summary()  # which had neither a scene nor a confidence
+    assert "fails with probability at most 0.05 in this scene, confidence 0.9: (V)" in short
+    assert "Safe under a tube that runs may leave: " in short
     assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said
     assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
     assert "% of the plans whose first point ends in the goal" in validation.summary()

@@ -79,7 +79,7 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     drawn = errors(claimed, answer.model.claim)
     left, right = drawn.axes
     assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
-    by = "left with probability ≤ 0.001 by a run, k drawn from all of K, confidence 0.999"
+    by = "left with probability ≤ 0.001 by a run, k drawn uniformly from all of K, confidence 0.999"
     assert right.get_title("left").replace("\n", " ") == f"claimed: {by}"
     assert len(left.patches) == len(right.patches) == 1
     with pytest.raises(InputError, match="expected an `assumed_claim` second; got"):

@@ -193,6 +193,7 @@ def test_runs_of_one_plan_are_refused_where_the_claim_or_the_system_is_about_cha
         answer = planner.solve(scene, KEY, pj.Settings(samples=1, target=0.1))
         assert "v0 is measured at the start, and drawn by nobody" in answer.summary()
         plan = answer.choose(looks=2)
+        assert "drawn by nobody" in plan.details() and answer.share_of_k() == 0
         with pytest.raises(InputError, match=r"test: expected .* without chains"):
             plan.test(driven, KEY, n=20)
         with pytest.raises(InputError, match=r"localise: expected .* chains"):

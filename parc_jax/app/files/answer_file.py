@@ -74,7 +74,6 @@ def _answer(data: dict, report) -> Answer:
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     ended = next((e for e in Ended if e.label == meta["ended"]), None)
-    _require_shares(Coverage(**told), *tally, known=ended is not None or meta["ended"] is None)
     total = meta.get("volume_of_all")
     cover = Cover(
         *tally,
@@ -86,6 +85,7 @@ def _answer(data: dict, report) -> Answer:
         total_volume=volume_of_all(scene) if total is None else float(total),
         proved=True,
     )
+    _require_shares(cover, known=ended is not None or meta["ended"] is None)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
         no_plan = no_plan._replace(reason=why_none(scene), uncertainty=nominal.uncertainty)
@@ -113,11 +113,14 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
     return told
 
 
-def _require_shares(c: Coverage, drawn, reaching, safe, volume, known: bool) -> None:
+def _require_shares(cover: Cover, known: bool) -> None:
     """Refuse counts and shares that no search ends with. Raises InputError."""
-    shares = 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
-    counts = 0 <= safe <= reaching <= drawn and 0 <= c.fresh_uncovered <= c.fresh_safe
-    if not (known and shares and counts) or volume < 0:
+    (drawn, reaching, safe, volume), c = cover[:4], cover.coverage
+    known &= 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
+    known &= 0 <= c.fresh_uncovered <= c.fresh_safe and 0 <= safe <= reaching <= drawn
+    known &= c.share in (0, 1 - c.fresh_uncovered / max(c.fresh_safe, 1))
+    known &= not (volume < 0 or cover.total_volume < 0)
+    if not (known and (cover.share is None or 0 <= cover.share.at_least <= 1)):
         raise InputError(
             "answer: expected counts of draws and shares between 0 and 1, as a search has them; "
             f"got {c}, {drawn} drawn, {reaching} of them reaching, {safe} safe. Save it anew."

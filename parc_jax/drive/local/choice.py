@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
+from parc_jax.answer.risk import measured_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.options import check_count
@@ -131,6 +132,8 @@ class Choice:
         """P(a run leaves the tube), k uniform on `safe_box`: eps / its share of K. [T5, T23]"""
         if self.safe_box is None:
             return NoStatement("no box around the plan was proved safe")
+        if none := measured_of(self.scene.nominal):
+            return none
         claim = self.model.claim
         if claim.kind == "pac" and claim.law.k_law != "uniform":
             law = claim.law.k_law
@@ -190,6 +193,11 @@ class Choice:
         answer from a file that lacks the problem in the world's frame.
         """
         local = checked_local("localise", system, self.model, local)
+        if self.model.claim.law.box != "K":
+            raise InputError(
+                "localise: expected a plan of an answer over all of K; this one is of a local "
+                "claim. Localise the first plan with a smaller share."
+            )
         query = self.scene.nominal.query
         if query is None:
             raise InputError(
@@ -243,13 +251,13 @@ class Choice:
             )
         if isinstance(risk, NoStatement):
             return f"Perturbation without new runs: no statement, since {risk.reason}."
-        share = rounded_down(100 * self.safe_box.share)
+        share, box = rounded_down(100 * self.safe_box.share), self.model.claim.law.box
         p, bound = self.model.claim.premises, rounded_up(risk.bound)
         worth = " (no promise at all: test the plan, or localise it)" if risk.bound >= 1 else ""
         return (
             "Perturbation without new runs: from this start, k drawn uniformly from the box "
-            f"{sides_of(self.model.labels.k, self.safe_box)} around it, {share} % of K and proved "
-            f"safe throughout{AS_RECORDED * ('rows' in p)}, leaves the tube with probability at "
-            f"most {bound}{worth}, by the "
-            f"claim over K, which has confidence {confidence_of(p)}. {assumes(p)}"
+            f"{sides_of(self.model.labels.k, self.safe_box)} around it, {share} % of {box} and "
+            f"proved safe throughout{AS_RECORDED * ('rows' in p)}, leaves the tube with "
+            f"probability at most {bound}{worth}, by the claim over {box}, which has confidence "
+            f"{confidence_of(p)}. {assumes(p)}"
         )

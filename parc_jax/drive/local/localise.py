@@ -14,6 +14,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Look, Looks
+from parc_jax.answer.risk import measured_of
 from parc_jax.common.errors import InputError, expected
 from parc_jax.common.keys import Stage, folded, stream
 from parc_jax.common.options import part_of
@@ -108,9 +109,10 @@ class Near:
         """P(a run leaves the local tube), k uniform on the proved box: eps / its share of N; every
         run of such a k inside the tube succeeds. [T5, T23]
         """
-        if self.proved is None:
+        if self.proved is None or self.answer is None:
             return NoStatement("no box around the plan was proved safe under the local tube")
-        return self.model.claim.risk(share=self.held)
+        none = measured_of(self.answer.scene.nominal)
+        return none or self.model.claim.risk(share=self.held)
 
     @property
     def is_narrower(self) -> bool:

@@ -188,9 +188,9 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     K = system.domain
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
-    alike = _reads_no_key(system) or (
-        not is_traceable(system) and all(_alike(system, key, x) for x in (k[:1], k[1:]))
-    )
+    alike = _reads_no_key(system)
+    if alike is None:
+        alike = all(_alike(system, key, some) for some in (k[:1], k[1:]))
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
@@ -219,22 +219,25 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
     """Are runs of each of k (n, n_k) under two keys the same to the last bit, or both failed?"""
-    two = collect(system, key, 2 * len(k), Stage.SEARCH, k=np.repeat(k, 2, axis=0), quiet=True)
-    lost = two.failed
-    pairs = ((x[::2][~lost[::2]], x[1::2][~lost[::2]]) for x in (two.p, two.q))
-    return (lost[::2] == lost[1::2]).all() and all((one == other).all() for one, other in pairs)
+    # in two calls: what Python draws may be one number for all runs of a call
+    keys = jax.random.split(key)
+    one, two = (collect(system, x, len(k), Stage.SEARCH, k=k, quiet=True) for x in keys)
+    here = ~one.failed
+    return np.array_equal(one.failed, two.failed) and all(
+        np.array_equal(x[here], y[here]) for x, y in ((one.p, two.p), (one.q, two.q))
+    )
 
 
-def _reads_no_key(system: Any) -> bool:
-    """Is no output of the program of a system in JAX made from its key, or by Python as it runs?"""
+def _reads_no_key(system: Any) -> bool | None:
+    """Is no output of a system's program made from its key? None where Python has a say."""
     if not is_traceable(system):
-        return False
+        return None
     double = simulator(system).double
     k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
     with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
         made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
     used, (reads, _) = dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))
-    return not reads and "callback" not in str(used)
+    return None if "_callback[" in str(used) else not reads
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:

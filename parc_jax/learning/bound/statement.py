@@ -70,9 +70,8 @@ def in_short(c: "ErrorClaim") -> str:
     without, of = map(int, p["open bins"].split(" of "))
     claimed = f"{of - without} of {of} bins of {p['box']} with a claim"
     where = claimed if without else f"all of {p['box']}"
-    how = f"k drawn from {where}"
-    if p["k"] != "uniform on K":
-        how = f"k {p['k']}{f' and in {where}' if without else ''}"
+    even = p["k"] == "uniform on K"
+    how = f"k drawn uniformly from {where}" if even else f"k {p['k']}, in {where}"
     by = f"by one run of a new recording, {how}" if "rows" in p else f"by a run, {how}"
     return f"left with probability ≤ {probability(p['eps'])} {by}, confidence {confidence_of(p)}"
 

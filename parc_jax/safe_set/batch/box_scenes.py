@@ -89,7 +89,8 @@ def box_scenes(
     o = lo.shape[1]
     present = np.ones((s, o), bool) if present is None else np.asarray(present)
     spans = np.tile([0, T - 1], (s, o, 1)) if spans is None else np.asarray(spans)
-    if present.dtype != bool or spans.dtype.kind not in "iu":  # seconds would be cut to intervals
+    seconds = spans.size and spans.dtype.kind not in "iu"  # would be cut to whole intervals
+    if seconds or (present.size and present.dtype != bool):
         raise InputError(
             "box_scenes: expected present as True and False, and spans in whole numbers of "
             f"intervals of {model.time.dt:g} s; got {present.dtype} and {spans.dtype}."
