@@ -130,7 +130,9 @@ def test_a_system_in_jax_that_reads_no_key_is_told_of():
             gust = jax.pure_callback(lambda: np.random.default_rng().random(2, k.dtype), shape)
             return pj.Trajectory(jnp.outer(jnp.linspace(0.0, 1.0, 5), k + gust), k[:0])
 
-    for system, none in ((Gusts(True), True), (Gusts(False), False), (OfPython(True), False)):
+    with pytest.raises(InputError, match="expected runs that their key decides; its callbacks"):
+        try_starts(OfPython(True), KEY, 0.0)  # one gust for all runs of a call
+    for system, none in ((Gusts(True), True), (Gusts(False), False)):
         assert try_starts(system, KEY, 0.0).alike == none
         claim = allow_for_start(line_model(4, 0.1).claim, try_starts(system, KEY, 0.0))
         assert ("NO_DISTURBANCE" in claim.details()) == none

@@ -188,9 +188,13 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     K = system.domain
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
-    alike = _reads_no_key(system)
-    if alike is None:
-        alike = all(_alike(system, key, some) for some in (k[:1], k[1:]))
+    by_key, by_python = _decided(system)
+    alike = all(_alike(system, key, x) for x in (k[:1], k[1:])) if by_python else not by_key
+    if not (by_key or alike):  # in a compiled call it may draw once, for all of its runs
+        raise InputError(
+            f"{system.name}: expected runs that their key decides; its callbacks draw without it. "
+            "Draw from the key in JAX, and hand what was drawn to the callback."
+        )
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
@@ -228,16 +232,16 @@ def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
     )
 
 
-def _reads_no_key(system: Any) -> bool | None:
-    """Is no output of a system's program made from its key? None where Python has a say."""
+def _decided(system: Any) -> tuple[bool, bool]:
+    """Are outputs of a system's program made from its key, and does Python have a say?"""
     if not is_traceable(system):
-        return None
+        return True, True
     double = simulator(system).double
     k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
     with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
         made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
     used, (reads, _) = dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))
-    return None if "_callback[" in str(used) else not reads
+    return reads, "_callback[" in str(used)
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
