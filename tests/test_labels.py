@@ -36,6 +36,13 @@ def test_plain_labels_and_those_of_a_system():
     assert NAMED.heading == 0
     assert name_of("goal [left] [m]") == "goal [left]" and unit_of("goal [left] [m]") == "m"
     assert name_of("k0") == "k0" and unit_of("k0") == ""
+    for label, parted in {
+        "yaw (rad)": ("yaw", "rad"),
+        "v(m/s)": ("v", "m/s"),
+        "x (map)": ("x (map)", ""),
+        "a (b) [m]": ("a (b)", "m"),
+    }.items():
+        assert (name_of(label), unit_of(label)) == parted
 
 
 @pytest.mark.parametrize(
@@ -83,16 +90,20 @@ def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
 UNITS = (
     "X-mm|x.mm|x/mm|x;mm|x_Mm|xMM|xmm|posXMm|x1Mm|mm x|x in|x (in)|x in inches|inches_x|x_feet|"
     "x foot|x_millimeters|x centimetre|x_um|x µm|x_dm|x_cells|x°|x %|pixel_x|screenX|grid_x|u_x|"
-    "x mm raw"
+    "x mm raw|x (m/s)|x(m/s)|x m/s|x_m_s|x_mps|x_kmh|x (deg)|x (mm)|x m/s2"
 )
 SAID = (
     "odom.vel.x|xVel|velx|twist.linear.x|x_dot|xdot|x_rate|force_x|gyro_x|angular.x|err_x|cmd_x|x_std|"
-    "cov_x|x_goal|target_x|target x [m]|x_ref|x_rad|orientation.x"
+    "cov_x|x_goal|target_x|x_ref|x_rad|orientation.x|omega_x|q_x|rot_x|torque_x|jerk_x|x_sigma|"
+    "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|x velocity [m]|t|"
+    "Rev A x|ego v x|lidar_grid_x"
 )
 FINE = (
     "x|X|posX|robotX|xM|xm|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
     "tx|base_link_x|front left x|left foot x|foot in map x|east|northing|x1|index finger x [m]|px|"
-    "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|reference x|utm_x"
+    "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|reference x|utm_x|lateral error [m]|"
+    "cross track err [m]|target x [m]|x ref [m]|goal frame x [m]|"
+    "s [m]|t [m]|q [m]|target x (m)|left(m)"
 )
 DEGREES = (
     "headingDeg|yawDegrees|deg heading|headingdeg|heading in degree|Heading Degs|yaw°|theta/deg"
@@ -105,8 +116,11 @@ DEGREES = (
         ("m", f"{UNITS}|{SAID}", FINE),
         (
             "rad",
-            f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]",
-            "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle|q0",
+            f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]|heading_mrad|gon|"
+            "heading (deg)|yaw rad/s|heading error|heading rate [rad]",
+            "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle|q0|"
+            "q|q_0|rot|heading (rad)|"
+            "heading error [rad]|target heading [rad]",
         ),
     ],
 )
@@ -117,6 +131,8 @@ def test_every_word_of_a_name_tells_its_unit_or_that_it_is_no_place(unit, wrong,
             require_unit(label, unit)
     for label in fine.split("|"):
         require_unit(label, unit)
+    with pytest.raises(InputError, match=r"told with their unit, as 'target x \[m\]'"):
+        require_unit("goal_x", unit)
 
 
 LINES = "It stands.\n(V) With confidence 0.999999 a plan fails with probability at most 1e-9."

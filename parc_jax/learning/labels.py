@@ -10,15 +10,18 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
-# told in another unit, where none is behind the name
-OTHER_UNITS = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile px pixel deg degree ° %".split()}
-OTHER_UNITS |= {*"ms rev cell grid screen image norm linear angular twist u v force gyro".split()}
+# told in another unit, or of else than where a robot is, where no unit is behind the name
+OTHER_UNITS = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile mil px pixel deg".split()}
+OTHER_UNITS |= {*"degree ° % ms mps kmh kph mph knot rev cell grid screen image norm".split()}
+OTHER_UNITS |= {*"linear angular twist u v q omega force torque jerk momentum gyro bias".split()}
+OTHER_UNITS |= {*"radps mrad gon err error goal target cmd command des desired setpoint".split()}
+OTHER_UNITS |= {*"ref waypoint planned predicted obstacle".split()}
 OTHER_UNITS |= {f"{x}met{y}" for x in "micro milli centi deci kilo".split() for y in ("er", "re")}
 LAST = {"in", "foot"}  # units as the last word: no `heading in rad`, `left foot x`
-ANGLES = {*HEADINGS, *"angle pitch roll orientation rotation rad radian".split()}
+ANGLES = {*HEADINGS, *"angle ang pitch roll orientation rotation rot rad radian".split()}
 NO_PLACE = {*"t time stamp timestamp sec index latitude longitude lat lon speed velocity".split()}
 NO_PLACE |= {*"vel vx vy vz acc accel acceleration dot rate qw qx qy qz quaternion std var".split()}
-NO_PLACE |= {*"cov covariance err error goal target cmd command desired setpoint ref".split()}
+NO_PLACE |= {*"variance sigma rmse cov covariance".split()}
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
@@ -27,6 +30,7 @@ _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
 _NAME = "|".join((_GLUED.pattern, *HEADINGS))
 _TOLD = "|".join(sorted(OTHER_UNITS | LAST | ANGLES | NO_PLACE))
 _JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|met(?:er|re))(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
+_UNIT = re.compile(r"(.*) \[(.*)\]|(.+?) ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/(?:s2?|h))?)\)")
 PARTS = ("p", "q", "k")
 
 
@@ -97,17 +101,18 @@ def labels_of(system) -> Labels:
 
 def name_of(label: str) -> str:
     """The label without its unit."""
-    return label.rsplit(" [", 1)[0] if label.endswith("]") else label
+    return (found[1] or found[3] or "") if (found := _UNIT.fullmatch(label)) else label
 
 
 def unit_of(label: str) -> str:
-    """The unit in the label's brackets, or nothing."""
-    return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
+    """The unit in the label's brackets, or nothing, as for other words in round ones."""
+    return (found[2] or found[4] or "") if (found := _UNIT.fullmatch(label)) else ""
 
 
 def words_in(label: str) -> list[str]:
     """The words of its name, in lower case, units in the singular: two of `xPos`, `x_mm`, `xmm`."""
     name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|_", " ", name_of(label)).lower()
+    name = re.sub(r"\b(m|rad)\W+s2?\b", r"\1ps", name)  # `x m/s`
     return re.findall(r"[^\W_]+|[°%]", _JOINED.sub(r"\1 \3\4 \5", name))
 
 
@@ -135,15 +140,16 @@ def require_unit(label: str, unit: str) -> None:
     """Raises InputError for a label of another unit, or of no place [m] or heading [rad]."""
     words, own = words_in(label), unit_of(label)
     no = NO_PLACE | (ANGLES if unit == "m" else set())
-    if axes_in(label) or unit == "rad":  # `x_t`, and `index finger x [m]`, but no `x_index`
-        no = no - {"t", *["index", "angle"] * (own == unit)}
+    if own or unit == "rad" or axes_in(label):  # `x_t`, `index finger x [m]`, but no `x_index`
+        no = no - {"t", *["index", "angle"] * bool(own and (unit == "rad" or axes_in(label)))}
     if not own and words != ["px"]:  # `px` of `px, py`
-        no = no | OTHER_UNITS | LAST.intersection(words[-1:])
+        no = no | (OTHER_UNITS - {*"q" * (unit == "rad")}) | LAST.intersection(words[-1:])
     if told := [own] * (own not in ("", unit)) or [word for word in words if word in no]:
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
             f"{label!r}, which tells of {told[0]}. Tell places in m, axis by axis, and their label "
-            "in m. A heading is q, with rotation, in rad; times, speeds and goals are left out."
+            "in m. A heading is q, with rotation, in rad; times, speeds and goals are left out. "
+            "In another frame they are told with their unit, as 'target x [m]'."
         )
 
 

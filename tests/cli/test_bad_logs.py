@@ -25,8 +25,8 @@ LOGS = {
 }
 CASES = [
     ("empty", (), "empty.npz: expected at least one run; got 0 rows"),
-    ("complex_k", (), "expected k to be one array of real numbers. They are complex"),
-    ("complex_p", (), "expected p to be one array of real numbers. They are complex"),
+    ("complex_k", (), "expected k as one array of real numbers. They are complex"),
+    ("complex_p", (), "expected p as one array of real numbers. They are complex"),
     ("huge", (), "expected k with numbers up to 1e+100; the largest is 9.9"),
     ("diverged", (), "expected p with numbers up to 1e+100; the largest is 9.9"),
     ("good", ("--seed", -1), "seed: expected a whole number from 0 to 4294967295; got -1"),

@@ -162,7 +162,7 @@ def test_columns_of_several_points_are_theirs_and_in_metres(batch, tmp_path):
     assert load("x,y,left_x,left_y").points == points
     for header, sentence in (
         ("front x [m],front y [m],front left x [mm],front left y [mm]", "front left x in .m."),
-        ("front x (mm),front y (mm),front left x (mm),front left y (mm)", r"front x \(mm\) in .m."),
+        ("front x (mm),front y (mm),front left x (mm),front left y (mm)", "front x in .m."),
         ("front_left_x,front_left_y,front_x,front_y", "got 'front_left_x' for x of front"),
         ("front x,front left x,front y,front left y", "got 'front left x' for y of front"),
         ("front y,front x,front left y,front left x", "got 'front y' for x of front"),
@@ -343,17 +343,17 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
         load_rollouts(tmp_path, GRID)
 
 
-def folder_of(path, k, p, header):
+def folder_of(path, k, p, header, labels=None):
     (path / "p").mkdir(exist_ok=True)
     np.savetxt(path / "k.csv", k, delimiter=",", header=header, comments="")
     for i, track in enumerate(p):
         np.savetxt(path / "p" / f"{i:03d}.csv", track, delimiter=",")
-    return load_rollouts(path, GRID)
+    return load_rollouts(path, GRID, labels=labels)
 
 
 @pytest.mark.parametrize(
     "name",
-    ["index", "ID", "run_id", "timestamp", "time [s]", "t", "Unnamed: 0", "header.stamp.sec"],
+    "index|ID|run_id|timestamp|timestamp [s]|row (m)|t|T|Unnamed: 0|header.stamp.sec".split("|"),
 )
 def test_columns_that_tell_of_runs_their_row_or_time_are_no_parameters(batch, tmp_path, name):
     k = batch.k[::-1]  # neither goes on evenly
@@ -363,8 +363,34 @@ def test_columns_that_tell_of_runs_their_row_or_time_are_no_parameters(batch, tm
     np.savez(tmp_path / "log.npz", k=k, p=batch.p)
     with pytest.raises(InputError, match=said):
         load_rollouts(tmp_path / "log.npz", GRID, labels={"k": ("speed", name)})
-    for fine in ("time banked [s]", "t_brake", "way"):
+    taken = "time banked [s]|t_brake|way|T [s]|T [N]|time [s]|t [s]|ms [kg]|time (s)"
+    for fine in taken.split("|"):
         assert folder_of(tmp_path, k, batch.p, f"speed,{fine}").labels.k[1] == fine
+        labels = {"k": ("speed", fine)}
+        assert load_rollouts(tmp_path / "log.npz", GRID, labels=labels).labels.k[1] == fine
+
+
+def test_a_label_renames_no_column_that_tells_of_runs(batch, tmp_path):
+    """`run` was a speed. A label may tell the unit of a thrust T, by its name."""
+    for column in ("run", "t", "header.stamp"):
+        with pytest.raises(InputError, match=f"got {column!r}, which tells a run's row"):
+            labels = {"k": ("speed [m/s]", "turn [deg]")}
+            folder_of(tmp_path, batch.k, batch.p, f"{column},turn", labels)
+    labels = {"k": ("T [N]", "turn [deg]")}
+    assert folder_of(tmp_path, batch.k, batch.p, "T,angle", labels).labels.k == labels["k"]
+
+
+def test_stamps_are_no_parameters_however_they_go_on(batch, tmp_path):
+    """They were k0 from 1.7e9 on. A pressure has a unit."""
+    uneven = 1.7e9 + np.cumsum(np.random.default_rng(0).uniform(5.0, 9.0, batch.n))
+    for column in (1.7e9 + 0.5 * np.arange(batch.n), uneven, -uneven):
+        k = np.c_[column, batch.k[:, 1]]
+        np.savez(tmp_path / "log.npz", k=k, p=batch.p)
+        for labels in (None, {"k": ("start [s]", "turn [rad]")}):
+            with pytest.raises(InputError, match="which tells a run's row, recording or time"):
+                load_rollouts(tmp_path / "log.npz", GRID, labels=labels)
+        labels = {"k": ("pressure [Pa]", "turn [rad]")}
+        assert load_rollouts(tmp_path / "log.npz", GRID, labels=labels).n == batch.n
 
 
 @pytest.mark.parametrize("column", [np.arange(30), 7 - np.arange(30), 1.7e9 + 3.0 * np.arange(30)])
@@ -372,11 +398,13 @@ def test_a_column_that_counts_the_rows_beside_others_is_no_parameter(batch, tmp_
     """A claim was over row numbers 1 to 399. Sweeps alone, with a unit, or in parts are fine."""
     k, p = batch.k.copy(), batch.p
     k[:, 1] = column
-    for header in ("", "speed,turn"):
+    for header in ("", "speed,turn", *["speed,turn [deg]"] * bool(column[0] == 0)):
         with pytest.raises(InputError, match="which tells a run's row, recording or time"):
             folder_of(tmp_path, k, p, header)
-    assert folder_of(tmp_path, k, p, "speed,turn [deg]").n_k == 2
-    for fine in (k[:9], k[:, 1:], np.c_[np.ones(30), column], np.c_[batch.k[:, 0], column / 8.0]):
+    sweep = np.c_[batch.k[:, 0], 5.0 * np.arange(30)]
+    assert folder_of(tmp_path, sweep, p, "speed,turn [deg]").n_k == 2
+    k[:, 1] = column - 1.7e9 * (column[0] > 1e8)
+    for fine in (k[:9], k[:, 1:], np.c_[np.ones(30), k[:, 1]], np.c_[batch.k[:, 0], k[:, 1] / 8.0]):
         np.savez(tmp_path / "log.npz", k=fine, p=p[: len(fine)])
         assert load_rollouts(tmp_path / "log.npz", GRID).n == len(fine)
 
@@ -388,6 +416,10 @@ def test_a_time_without_a_name_is_no_place(batch, tmp_path, stamp, at):
     t = stamp + (1e9 if stamp > 1e12 else 1.0) * np.linspace(0.0, 1.0, GRID.n_record + 1)
     p = np.insert(batch.p, at, t, axis=2)
     p[3, 9:] = np.nan
+    if stamp == 0.0:  # no run's clock is exact: jitter, and a rate that is off
+        rng = np.random.default_rng(0)
+        p[..., at] += rng.normal(0.0, 1e-3, p.shape[:2])
+        p[..., at] *= 1.0 + 1e-3 * rng.normal(size=(batch.n, 1))
     with pytest.raises(InputError, match=f"column {at} of p rises alike in all runs, as a time"):
         folder_of(tmp_path, batch.k, p, "")
     np.savez(tmp_path / "log.npz", k=batch.k, p=p)
@@ -397,6 +429,9 @@ def test_a_time_without_a_name_is_no_place(batch, tmp_path, stamp, at):
     assert named.subject.n_p == 3
     np.savez(tmp_path / "log.npz", k=batch.k, p=np.repeat(p[..., [at]], 2, axis=2))
     assert load_rollouts(tmp_path / "log.npz", GRID).n == batch.n  # all of them rise so
+    p[..., at] = np.linspace(0.0, 1.0, GRID.n_record + 1) ** 2
+    np.savez(tmp_path / "log.npz", k=batch.k, p=p)  # alike, but faster and faster
+    assert load_rollouts(tmp_path / "log.npz", GRID).subject.n_p == 3
 
 
 def test_headings_in_degrees_are_refused(batch, tmp_path):

@@ -14,8 +14,8 @@ from parc_jax.learning.runs.files import RAGGED
 
 TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
-_ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq time timestamp stamp".split()}
-_ROWS |= {*"t sec nsec nanosec ms ns epoch date datetime unix 0".split()}  # pandas' `Unnamed: 0`
+_ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq timestamp stamp epoch".split()}
+_TIMES = {*"t time date datetime unix sec nsec nanosec ms ns 0".split()}  # but `T [N]`, `t_0 [s]`
 
 
 def folder_arrays(path: Path) -> dict:
@@ -61,11 +61,14 @@ def check_parameters(owner: str | Path, k: np.ndarray, names: Sequence[str]) -> 
     steps = np.diff(k, axis=0)
     even = (steps == steps[:1]).all(axis=0) & (len(k) >= 10)
     counts = even & (steps != 0.0).all(axis=0) & (k == np.round(k)).all(axis=0) & ~even.all()
-    for name, count in zip(names, counts, strict=True):
-        if {*words_in(name)} <= _ROWS or (count and not unit_of(name)):
+    for name, count, column in zip(names, counts, k.T, strict=True):
+        words, unit = {*words_in(name)}, unit_of(name)
+        told = words <= _ROWS | _TIMES and (not unit or words & _ROWS)
+        stamp = unit in ("", "s") and (np.abs(column) > 1e8).any()
+        if told or stamp or (count and (not unit or column[:2].tolist() in ([0, 1], [1, 2]))):
             raise InputError(
                 f"{owner}: expected parameters as k, with units; got {name!r}, which tells a run's "
-                "row, recording or time. Leave it out; recordings are groups, as in groups.csv."
+                "row, recording or time. Leave it out (groups.csv), or name its unit, as 'T [s]'."
             )
 
 
