@@ -61,7 +61,7 @@ def real(value):
     would drop half, and for masked ones, whose mask it would drop.
     """
     listed = isinstance(value, bool | list | tuple)
-    kind = getattr(np.asarray(value) if listed else value, "dtype", np.dtype(float)).kind
+    kind = getattr(getattr(np.asarray(value) if listed else value, "dtype", None), "kind", "")
     if kind == "b":
         raise TypeError("True and False are no numbers")
     if kind == "c":

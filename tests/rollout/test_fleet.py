@@ -145,8 +145,8 @@ def test_a_claim_says_how_many_runs_were_made_again():
     made = system(pool({1: GONE}), lost="again", workers=2, simulate=upright)
     data = pj.learning.collect(made, KEY, n=24, quiet=True)
     net = pj.learning.train(data, hidden=(4,), key=KEY, seeds=1, steps=20)
-    # after two of the trial of starts, and one to begin with
-    made = system(pool({12: GONE, 13: GONE}), lost="again", workers=2, simulate=upright)
+    # after those of the trial of starts, and one to begin with
+    made = system(pool({15: GONE, 16: GONE}), lost="again", workers=2, simulate=upright)
     about = {"eps": 0.2, "delta": 0.2, "train": data, "quiet": True}
     claim = pj.learning.bound_error(net, made, KEY, **about)
     assert "WORKERS_LOST(2, independent of the run)" in claim.assumptions
