@@ -256,7 +256,8 @@ class Answer:
         if uncertainty is not None:
             of_k, chosen = uncertainty.parameters
             part = self.model.domain.volume / uncertainty.k_volume if chosen == of_k else 0.0
-        part *= not measured_of(self.scene.nominal)
+        if not part or measured_of(self.scene.nominal):
+            return 0.0
         return part * once(self._plans, SafePlans.share_of_k)
 
     def risk(self) -> Risk | NoStatement:

@@ -11,12 +11,12 @@ from parc_jax.common.errors import InputError, is_text
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
 # told in another unit, or of else than where a robot is, where no unit is behind the name
-OTHER_UNITS = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile mil px pixel deg".split()}
-OTHER_UNITS |= {*"degree ° % ms mps kmh kph mph knot rev cell grid screen image norm".split()}
-OTHER_UNITS |= {*"linear angular twist u v q omega force torque jerk momentum gyro bias".split()}
-OTHER_UNITS |= {*"radps mrad gon err error goal target cmd command des desired setpoint".split()}
-OTHER_UNITS |= {*"ref waypoint planned predicted obstacle".split()}
-OTHER_UNITS |= {f"{x}met{y}" for x in "micro milli centi deci kilo".split() for y in ("er", "re")}
+UNLESS_UNIT = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile mil px pixel deg".split()}
+UNLESS_UNIT |= {*"degree ° % ms mps kmh kph mph knot rev cell grid screen image norm".split()}
+UNLESS_UNIT |= {*"linear angular twist u v q omega force torque jerk momentum gyro bias".split()}
+UNLESS_UNIT |= {*"radps mrad gon err error goal target cmd command des desired setpoint".split()}
+UNLESS_UNIT |= {*"ref waypoint planned predicted obstacle".split()}
+UNLESS_UNIT |= {f"{x}met{y}" for x in "micro milli centi deci kilo".split() for y in ("er", "re")}
 LAST = {"in", "foot"}  # units as the last word: no `heading in rad`, `left foot x`
 ANGLES = {*HEADINGS, *"angle ang pitch roll orientation rotation rot rad radian".split()}
 NO_PLACE = {*"t time stamp timestamp sec index latitude longitude lat lon speed velocity".split()}
@@ -27,8 +27,10 @@ AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
 _AROUND = "pos|position|coord|coordinate"
 _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
+# words that are glued to a name, as in `xmm`, are parted from it; round brackets hold a unit only
+# where they hold a known one
 _NAME = "|".join((_GLUED.pattern, *HEADINGS))
-_TOLD = "|".join(sorted(OTHER_UNITS | LAST | ANGLES | NO_PLACE))
+_TOLD = "|".join(sorted(UNLESS_UNIT | LAST | ANGLES | NO_PLACE))
 _JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|met(?:er|re))(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
 _UNIT = re.compile(r"(.*) \[(.*)\]|(.+?) ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/(?:s2?|h))?)\)")
 PARTS = ("p", "q", "k")
@@ -143,7 +145,7 @@ def require_unit(label: str, unit: str) -> None:
     if own or unit == "rad" or axes_in(label):  # `x_t`, `index finger x [m]`, but no `x_index`
         no = no - {"t", *["index", "angle"] * bool(own and (unit == "rad" or axes_in(label)))}
     if not own and words != ["px"]:  # `px` of `px, py`
-        no = no | (OTHER_UNITS - {*"q" * (unit == "rad")}) | LAST.intersection(words[-1:])
+        no = no | (UNLESS_UNIT - {*"q" * (unit == "rad")}) | LAST.intersection(words[-1:])
     if told := [own] * (own not in ("", unit)) or [word for word in words if word in no]:
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

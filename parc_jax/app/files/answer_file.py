@@ -114,7 +114,9 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
 
 
 def _require_shares(cover: Cover, known: bool) -> None:
-    """Refuse counts and shares that no search ends with. Raises InputError."""
+    """Refuse counts and shares that no search ends with. known: so is the end that it had. Raises
+    InputError.
+    """
     (drawn, reaching, safe, volume), c = cover[:4], cover.coverage
     known &= 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
     known &= 0 <= c.fresh_uncovered <= c.fresh_safe and 0 <= safe <= reaching <= drawn

@@ -95,6 +95,7 @@ def box_scenes(
             "box_scenes: expected present as True and False, and spans in whole numbers of "
             f"intervals of {model.time.dt:g} s; got {present.dtype} and {spans.dtype}."
         )
+    present, spans = present.astype(bool), spans.astype(np.int64)
     if start is None:
         start_lo = np.full((s, n_p), -np.inf)
         start_hi = np.full((s, n_p), np.inf)
