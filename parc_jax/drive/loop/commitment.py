@@ -14,6 +14,7 @@ from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.spelling import exact, rounded_down
+from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.network.predict import trajectories
@@ -25,7 +26,7 @@ from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import answer_part, body_part, sample_part
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import scene_along
-from parc_jax.statement import about_drift, resting_on
+from parc_jax.statement import resting_on
 
 if TYPE_CHECKING:
     import shapely

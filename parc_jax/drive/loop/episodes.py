@@ -15,12 +15,12 @@ from parc_jax.answer.looks import DELTA, Look
 from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.common.options import check_count
+from parc_jax.drive.loop.statement import about_episodes
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
 from parc_jax.learning.runs.chunks import cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
-from parc_jax.statement import about_episodes
 
 FORMAT = "parc_jax.episodes/5"
 HOPELESS = 4  # episodes, all failed, after which driving ends
