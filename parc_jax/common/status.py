@@ -71,4 +71,4 @@ class OfRegion(IntEnum):
     @property
     def text(self) -> str:
         """For people."""
-        return ("safe plan found", "no safe plan found", "goal proved out of reach")[self]
+        return ("safe plan found", "no safe plan found", "proved: no plan with this tube")[self]

@@ -57,6 +57,9 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     ]
     assert all(reaches[region == r].any() for r in lost)
     assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
+    # of the tube too: runs from such a region may reach the goal
+    named = [text.get_text() for text in regions(table, verdict).legends[0].get_texts()]
+    assert named[2] == f"proved: no plan with this tube ({(verdict == OfRegion.UNREACHABLE).sum()})"
 
 
 def test_a_goal_is_out_of_reach_by_the_errors_that_the_verdict_has():
