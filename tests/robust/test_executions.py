@@ -19,7 +19,7 @@ from uncertain import NEARLY, corners_and_inside
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.app.plot.shapes import corners_of
-from parc_jax.checker.claim import arithmetic_of, stated_premises
+from parc_jax.checker.claim import BOX, arithmetic_of, stated_premises, words_of
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import claim as claim_module
 from parc_jax.learning.bound.claim_file import load_claim
@@ -406,7 +406,14 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
     said = claim.details()
     assert "(k by a uniform draw on [0, 1] x [0, 1], of which K is a part; " in said
     assert "K = [0.3, 0.7] x [0.2, 0.8]" in said and "set of share s of K" not in said
+    short = in_short(claim)  # no probability of runs with k in K alone
+    assert "by a run, k by a uniform draw on [0, 1] x [0, 1], of which K is a part, conf" in short
     assert claim.law.is_even and model.claim.law.is_even
+    law = replace(model.claim.law, parameters=(*model.claim.law.parameters, (BOX, "N")))
+    about = words_of(model.claim.facts() | {"law": law.__dict__}, law.__dict__)[0]
+    near = model.replace(claim=claim_module.derived(model.claim, law=law, quantifier=about))
+    local = query(scene, near).nominal().model.claim.details()  # as of a model of a small box
+    assert "K, a part of N, = [0.3, 0.7] x [0.2, 0.8]." in local and " N = " not in local
     seen = dict((name, value) for name, _, value in stated_premises(claim.facts()))
     assert seen["k"].startswith("by a uniform draw on [0, 1]") and seen["law"] in said
     data = json.loads(claim.save(tmp_path / "claim.json").read_text())

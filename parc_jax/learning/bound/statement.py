@@ -4,7 +4,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from parc_jax.checker import Rejected
-from parc_jax.checker.claim import set_of, stated_premises
+from parc_jax.checker.claim import PART, set_of, stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premises, premises
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
 AS_RECORDED = ", and run as one run that is drawn from a new recording"
+LEAKY = {VALIDATED: " under a tube that runs may leave"}  # beside plans, by the kind of their claim
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 
@@ -60,6 +61,11 @@ def assumes(p: Premises) -> str:
     return f"Assumes: {', '.join(ledger)}."
 
 
+def in_box(box: str, words: str = " with k in ") -> str:
+    """The box of k that plans are of, by its name; empty for K, which is that of all."""
+    return "" if box == "K" else f"{words}{box}"
+
+
 def in_short(c: "ErrorClaim") -> str:
     """The claim about a tube in a few words, for pictures."""
     p = c.premises
@@ -70,8 +76,9 @@ def in_short(c: "ErrorClaim") -> str:
     without, of = map(int, p["open bins"].split(" of "))
     claimed = f"{of - without} of {of} bins of {p['box']} with a claim"
     where = claimed if without else f"all of {p['box']}"
-    even = p["k"] == "uniform on K"
-    how = f"k drawn uniformly from {where}" if even else f"k {p['k']}, in {where}"
+    # of a part of the law's box the probability is that of all runs, not of those with k there
+    how = f"k {p['k']}" + f", in {where}" * ("bins" in p or not p["k"].endswith(PART))
+    how = f"k drawn uniformly from {where}" if p["k"] == "uniform on K" else how
     by = f"by one run of a new recording, {how}" if "rows" in p else f"by a run, {how}"
     return f"left with probability ≤ {probability(p['eps'])} {by}, confidence {confidence_of(p)}"
 
@@ -174,8 +181,10 @@ def _counts(p: Premises) -> str:
     gaps = ""
     if "left out" in p:
         gaps = f" Before that {p['left out']:,} rows beside theirs were left out of the runs."
+    # the law has the numbers of a box of which plans choose from a part, and calls that part K
+    box = f"K, a part of {p['box']}," if p["k"].endswith(PART) and p["box"] != "K" else p["box"]
     return (
-        f"{p['box']} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
+        f"{box} = {p['K']}. Of these {many} {_failed(p)} failed; discards, fixed "
         f"beforehand: {p['discards']:,}{' at most in each block' * ('bins' in p)}{looks}.{gaps}"
     )
 
