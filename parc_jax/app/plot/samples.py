@@ -10,6 +10,7 @@ from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
+from parc_jax.learning.bound.statement import LEAKY
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
@@ -41,7 +42,8 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     paths = predicted(answer.model, answer.samples[:count])
     pictures = [_Picture(answer, view, *paths, replay, count) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
-    return drawn(pictures, to, f"{counted(count, 'safe sample')}{pictures[0].tally()}")
+    of = f"{counted(count, 'safe sample')}{LEAKY.get(answer.model.claim.kind, '')}"
+    return drawn(pictures, to, f"{of}{pictures[0].tally()}")
 
 
 def _in_plane(pictures: list["_Picture"], to, title: str):
