@@ -120,7 +120,8 @@ def answered(
     spent = {"cover_s": covered - begin, "proof_s": time.perf_counter() - covered}
     found, ended = len(samples) + len(cover.corridors) > 0, cover.ended
     if no_plan is not None:
-        no_plan = no_plan._replace(uncertainty=scene.nominal.uncertainty)
+        doubt, box = scene.nominal.uncertainty, scene.model.claim.law.box
+        no_plan = no_plan._replace(uncertainty=doubt, box=box)
         # a limit in seconds is told wherever it cut work off; else the end of what was decisive
         if no_plan.ended is not None and ended != Ended.SECONDS:
             ended = ended if found and no_plan.ended != Ended.SECONDS else no_plan.ended

@@ -10,9 +10,10 @@ import numpy as np
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.said import about_said
+from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up, some_of
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
+from parc_jax.learning.bound.statement import AS_RECORDED, LEAKY, VALIDATED, confidence_of, in_box
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS, TimeGrid
@@ -29,12 +30,12 @@ from parc_jax.safe_set.verdict.infeasible import Reason, any_end_is_in, why_none
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
 
-def nothing_found(reason: Reason | None) -> str:
-    """No plan was found, and no proof was searched. reason: why there is none, if it is clear."""
+def nothing_found(reason: Reason | None, box: str = "K") -> str:
+    """No plan was found, and no proof was searched. reason: why, if it is clear. box: of k."""
     if reason is not None and reason.sure:
         return f"No plan is safe: {reason.words}"
     why = "." if reason is None else f": {reason.words}"
-    return f"No safe plan was found{why} This is not a proof that none exists."
+    return f"No safe plan was found{in_box(box)}{why} This is not a proof that none exists."
 
 
 def about_plans(samples: int, polytopes: int, corridors: int, t_f: float, proved: bool) -> str:
@@ -146,14 +147,13 @@ def about_risk(
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
-    volume = f"confidence 0.999 and {float(measured)!r}"
     if "rows" in p:  # of recordings
         drawn += AS_RECORDED
     return (
         f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "
-        f"{rounded_up(density)} times uniform, measured with {volume}; "
-        f"the claim has confidence {confidence_of(p)})."
+        f"{rounded_up(density)} times uniform, measured with confidence 0.999 and "
+        f"{float(measured)!r}; the claim has confidence {confidence_of(p)})."
     )
 
 
@@ -172,7 +172,7 @@ def all_plans(from_here: bool, box: str) -> str:
     """The plans that a share is of. from_here: all have one start. box: of k."""
     if from_here:
         return f"all k in {box}"
-    return IN_THE_BOX if box == "K" else IN_THE_BOX.replace("plans", f"plans with k in {box}", 1)
+    return IN_THE_BOX.replace("plans", f"plans{in_box(box)}", 1)
 
 
 def about_share(
@@ -213,7 +213,7 @@ def headline(answer) -> str:
     """An `Answer` in one line."""
     name = answer.model.system or "unnamed system"
     if not answer.status.found:
-        return f"Answer for {name}: {answer.status}"
+        return f"Answer for {name}: {answer.status}{in_box(answer.scene.box_of_k)}"
     told = [counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")]
     if answer.coverage.share:
         share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of {set_of(answer)}"
@@ -223,9 +223,7 @@ def headline(answer) -> str:
 
 def set_of(answer, name: str = "the model's safe set") -> str:
     """The set that the coverage of an `Answer` is of."""
-    claim = answer.model.claim
-    tube = " under a tube that runs may leave" if claim.kind == VALIDATED else ""
-    box = "" if claim.law.box == "K" else f" with k in {claim.law.box}"
+    tube, box = LEAKY.get(answer.model.claim.kind, ""), in_box(answer.scene.box_of_k)
     around = "" if answer.cover.within is None else " around what a search found"
     doubt = "" if answer.scene.nominal.uncertainty is None else " for all that is uncertain"
     start = "" if answer.scene.at is None else " from one start"
@@ -245,12 +243,11 @@ def summary(answer, drawn: str) -> str:
             cover.safe,
             from_here=answer.scene.at is not None,
             around=cover.within is not None,
-            box=claim.law.box,
+            box=answer.scene.box_of_k,
             doubt=asked.uncertainty is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
-        leaky = claim.kind == VALIDATED
-        lines.append(f"Safe{' under a tube that runs may leave' * leaky}: {share}.")
+        lines.append(f"Safe{LEAKY.get(claim.kind, '')}: {share}.")
         lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
         if cover.refused:
             lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")
@@ -307,7 +304,9 @@ def about_goal(problem: Problem, model: TrajectoryModel) -> str:
         told.insert(0, f"{counted(len(across), 'half-space')} across axes")
     inside = any_end_is_in(lo, hi, model)
     idle = [name_of(names[i]) for i in inside if not across[:, i].any()]
-    free = f" Whatever k, {listed(idle)} ends so: of it nothing is asked." if idle else ""
+    # inside the tube alone: a run that leaves it may fail by this, and tests of plans count it
+    of_k = f" Whatever k{in_box(model.claim.law.box, ' in ')}, every run inside the tube ends so in"
+    free = f"{of_k} {listed(idle)}, of which nothing is asked there." if idle else ""
     return f"Its goal: {some_of(told)}.{free}"
 
 
@@ -319,6 +318,8 @@ def details(answer, drawn: str, polytopes: int) -> str:
     told = [about_scene(asked.pose, answer.problem, answer.model), about_points(asked.problem)]
     told.append(about_obstacles(asked.problem, answer.model.time))
     scene = " ".join(filter(None, told))
+    if (box := answer.scene.box_of_k) != claim.law.box:
+        tube.append(f"Plans were asked for{in_box(box)}, a part of {claim.law.box}, and no others.")
     if answer.status.found and uncertainty is not None:
         tube.append(
             "Robust: all this is said of a question that allows for the uncertainty, and so it "
@@ -330,21 +331,19 @@ def details(answer, drawn: str, polytopes: int) -> str:
         counts = len(answer.samples), polytopes, len(answer.corridors)
         lines = [f"(C) {about_plans(*counts, answer.model.time.t_f, cover.proved)} {scene}"]
         if cover.within is not None:
-            sides = zip(*(side[-answer.model.n_k :] for side in cover.within.box), strict=True)
-            box = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
+            place = Box(*(side[-answer.model.n_k :] for side in cover.within.box)).text
             lines.append(
                 "Plans were drawn in a place alone, as where uniform draws hardly meet a safe one: "
-                f"coverage and volume are of the safe set there, with k in {box} and K; beyond "
-                "nothing is known."
+                f"coverage and volume are of the safe set there, with k in {place} and {box}; "
+                "beyond nothing is known."
             )
         lines += [*tube, drawn]
     elif absence is not None:
         lines = [f"{absence.details()} {scene}", *tube]
     else:
-        none = nothing_found(why_none(answer.scene))
+        none = nothing_found(why_none(answer.scene), box)
         none = none if uncertainty is None else f"{none} {uncertainty.meaning}"
         lines = [none, scene, *tube]
-    if cover.ended is not None:
-        lines.append(cover.ended.sentence)
+    lines += [] if cover.ended is None else [cover.ended.sentence]
     lines += [] if answer.validation is None else [answer.validation.details()]
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)

@@ -310,7 +310,8 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
     to be trusted. polytopes: as of `Answer.save`.
     """
     cover, asked = answer.cover, answer.scene.nominal
-    uncertainty, pose, at = asked.uncertainty, asked.pose, answer.scene.at
+    uncertainty, pose, scene = asked.uncertainty, asked.pose, answer.scene
+    part = scene.box_of_k != answer.model.claim.law.box  # of K alone was asked for
     meta: dict = {
         "status": answer.status.label,
         "ended": None if cover.ended is None else cover.ended.label,
@@ -330,7 +331,8 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "polytope_coverage": None if polytopes is None else polytopes.coverage._asdict(),
         "within": None if cover.within is None else [hex_text(side) for side in cover.within],
         "doubt": None if uncertainty is None else uncertainty.to_json(),
-        "at": None if at is None else hex_text(at),
+        "k": hex_text([scene.k_lo, scene.k_hi]) if part else None,
+        "at": None if scene.at is None else hex_text(scene.at),
         "looks": answer.looks.to_json(),
         "pose": None if pose is None else [*pose.place.tolist(), pose.heading],
     }

@@ -64,11 +64,12 @@ class NominalPath:
 
 def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> NominalPath:
     """Of the plan p0 (n_p,), k (n_k,). Raises InputError for one outside of K, or of no numbers."""
-    lo, hi = model.domain.lo, model.domain.hi
-    if not (np.isfinite(p0).all() and (k >= lo).all() and (k <= hi).all()):
-        box = " x ".join(f"[{a:g}, {b:g}]" for a, b in zip(lo, hi, strict=True))
+    K = model.domain
+    if not (np.isfinite(p0).all() and K.contains(k)):
         plan = ", ".join(f"{x:g}" for x in (*p0, *k))
-        raise InputError(f"path: expected a plan with k in {box}, that of the model; got {plan}.")
+        raise InputError(
+            f"path: expected a plan with k in {K.text}, that of the model; got {plan}."
+        )
     offsets, q = trajectories(model.net, model.layout, k[None])
     during, at_end = (half[0] for half in model.tube.widest_at(k[None]))
     return NominalPath(

@@ -2,24 +2,30 @@
 
 from dataclasses import replace
 
+import jax
 import numpy as np
-from toy_models import line_model, told, toy_case
-from toy_query import answer
+from toy_models import fold_model, line_model, told, toy_case
+from toy_query import GOAL, START, answer, gap
 from turning_bar import straight_bar
 
 from parc_jax.answer.answer import answer_data
+from parc_jax.app.files.answer_file import load_answer
 from parc_jax.checker.answer import scene_of
+from parc_jax.checker.claim import BOX
 from parc_jax.common.premises import ASSUMED
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.status import Ended
-from parc_jax.learning.bound.claim import weaker
+from parc_jax.learning.bound.claim import derived, weaker
 from parc_jax.learning.bound.tube import tube
+from parc_jax.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.proof.absence.prove_no_plan import UNDECIDED, NoPlan
 from parc_jax.safe_set.corridors.stopping import nothing_covered
+from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
 
@@ -52,6 +58,55 @@ def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     assert f" It is of {scene}. " in lines[0]
 
 
+PART = "[-0.5, 0] x [-1, 1]"  # of the K of the toy
+
+
+def asked_of_a_part(one):
+    """The answer to the same question with k from a part of K, as sliders ask for it."""
+    lo, hi = np.array([[-0.5, -1.0], [0.0, 1.0]])
+    return replace(one, scene=replace(one.scene, k_lo=lo, k_hi=hi))
+
+
+def test_an_answer_with_k_from_a_part_of_K_says_so_everywhere_and_in_its_file(tmp_path):
+    """It said "all k in K", and its file drew from all of it."""
+    one, none = asked_of_a_part(answer()), asked_of_a_part(nothing())
+    held = one.sample(jax.random.PRNGKey(0), 200)
+    assert held[:, 2].max() <= 0.0 and answer().sample(jax.random.PRNGKey(0), 200)[:, 2].max() > 0.0
+    again = load_answer(one.save(tmp_path / "part.json"))
+    assert (again.sample(jax.random.PRNGKey(0), 200) == held).all()
+    for each in (one, again):
+        assert f"% of the model's safe set with k in {PART} (confidence" in repr(each)
+        _, _, share, covered, *_ = each.summary().split("\n")
+        assert f"of the plans with k in {PART} whose first point ends in" in share
+        assert f"% of the safe set with k in {PART} (at least" in covered
+        assert (
+            f"Plans were asked for with k in {PART}, a part of K, and no others." in each.details()
+        )
+    assert repr(none).endswith(f": not-found with k in {PART}>")
+    assert none.details().startswith(f"No safe plan was found with k in {PART}. This is")
+    assert "k in [" not in repr(answer()) + answer().summary() + answer().details()
+    assert "k" not in answer_data(answer())["meta"]
+
+
+def test_a_proof_of_absence_is_of_the_box_of_its_model(tmp_path):
+    """The model near a plan is one of a small box N: others, with k beyond, may be safe."""
+    model = fold_model(T=4, e=0.02)
+    law = replace(model.claim.law, parameters=((BOX, "N"),))
+    near = model.replace(claim=derived(model.claim, law=law))
+    far = box([3.5, -0.25, -9.0], [4.0, 0.25, 9.0])
+    for goal, blocks in ((far, []), (GOAL, gap(wall=True).obstacles)):
+        asked = reach_avoid(goal, blocks, 0.1, START)
+        few = Settings(samples=5, work=0.1, budget_s=300)
+        none = Planner(near).solve(asked, jax.random.PRNGKey(0), few)
+        again = load_answer(none.save(tmp_path / "none.json"))
+        for each in (none, again):
+            assert each.status.label in repr(each) and repr(each).endswith(" with k in N>")
+            assert "the model has no safe (p0, k) with k in N with this tube; a" in each.summary()
+            assert (" from the start set, whatever its k in N: " in each.details()) == (goal is far)
+            assert ("Whatever k in N, every run inside" in each.details()) == (goal is far)
+    assert "of the plans with k in N whose" in NoPlan(UNDECIDED, 0, 1, 1, box="N").details()
+
+
 def posed(model, goal, body=0.1):
     """`nothing` in another question: its goal and its body are told in the answer's sentences."""
     return replace(nothing(), scene=lowered(query(reach_avoid(goal, [], body), model).nominal()))
@@ -62,7 +117,9 @@ def test_the_goal_is_told_in_numbers_with_what_it_asks_nothing_of():
     of, line = "x [m] from -0.25 to 0.25, y [m] from -0.25 to 0.25", line_model()
     assert f" Its goal: {of} and q0 from -1 to 1. Of a plan" in found().details()
     wide = posed(line, box([-0.25, -0.25, -15.0], [0.25, 0.25, 15.0])).details()
-    assert f"Its goal: {of} and q0 from -15 to 15. Whatever k, q0 ends so: of it nothing" in wide
+    asked = f"Its goal: {of} and q0 from -15 to 15."
+    free = "every run inside the tube ends so in q0, of which nothing is asked there."
+    assert f"{asked} Whatever k, {free}" in wide
     rows = [[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 0]]
     cut = posed(line, hpolytope(rows, [0.25] * 4 + [0.5] * 3)).details()
     assert f"Its goal: 1 half-space across axes, {of} and q0 from -0.5 to 0.5. Of" in cut

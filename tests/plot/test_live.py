@@ -1,5 +1,6 @@
 """What is dragged, and the plans that follow: without a browser, but for the last tests."""
 
+import jax
 import numpy as np
 import pytest
 from compilations import compiled_by
@@ -230,6 +231,21 @@ def test_what_obstacles_are_off_by_is_drawn_beside_the_errors_that_the_scene_tel
     assert len(p0) and verdicts(true, p0, k).safe.all()
     exact = scene_of(pj.reach_avoid(GOAL, walls, 0.2, START), alone.model)
     assert compiled_by(alone.draw) == 0 and verdicts(exact, p0, k).clearance.min() > off
+
+
+def test_a_set_of_the_sliders_part_says_so_wherever_it_goes(tmp_path):
+    """Taken into a notebook or a file it was one of all k in K."""
+    dragged = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, BLOCKS, 0.05), at=(0.0, 0.0))
+    dragged.k = np.array([[1.5, -0.25], [1.75, 0.25]])
+    answer, _ = dragged.settle()
+    part = "[1.5, 1.75] x [-0.25, 0.25]"
+    for one in (answer, pj.load_answer(answer.save(tmp_path / "part.json"))):
+        assert f"set with k in {part} from one start (" in repr(one)
+        assert (
+            f"% of all k in {part} (" in one.summary() and f" with k in {part}, " in one.details()
+        )
+        k = one.sample(jax.random.PRNGKey(0), 500)[:, 2:]
+        assert (dragged.k[0] <= k).all() and (k <= dragged.k[1]).all()
 
 
 def test_a_pose_is_dragged_and_turned():

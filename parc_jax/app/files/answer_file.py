@@ -1,5 +1,7 @@
 """An answer again from its file, checked anew: for pictures, bags and further queries."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from parc_jax.answer.answer import Answer
@@ -66,6 +68,9 @@ def _answer(data: dict, report) -> Answer:
         problem = problem.replace(body=Body(problem.parts, places))
     nominal = _nominal(problem, model, meta)
     scene = _scene(nominal, data)
+    if "k" in meta:  # the part of K that was asked for
+        lo, hi = map(np.array, hex_floats(meta["k"]))
+        scene = replace(scene, k_lo=np.maximum(lo, scene.k_lo), k_hi=np.minimum(hi, scene.k_hi))
     plans = [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]]
     samples = np.array(plans, np.float64).reshape(len(plans), model.n_p + model.n_k)
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
@@ -86,9 +91,7 @@ def _answer(data: dict, report) -> Answer:
         proved=True,
     )
     _require_shares(cover, known=ended is not None or meta["ended"] is None)
-    no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
-    if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene), uncertainty=nominal.uncertainty)
+    no_plan = _no_plan(data["no_plan"], report.no_plan, ended, scene)
     looks = looks_of_json(meta.get("looks"))
     _require_start(nominal, [*p0, *(corridor.p0 for corridor in cover.corridors)])
     turned = nominal.pose is not None and nominal.pose.heading is not None
@@ -147,7 +150,7 @@ def _scene(nominal: NominalProblem, data: dict) -> Scene:
     claim = nominal.model.claim
     if claim.kind != VALIDATED:
         return pruned_scene(nominal)
-    if any(claim.evidence.get(name) != data["meta"].get(name) for name in ("within", "at")):
+    if any(claim.evidence.get(name) != data["meta"].get(name) for name in ("within", "at", "k")):
         raise InputError(
             "answer: expected the very set that was tested; this file draws from another place, or "
             "start, of which (V) says nothing, or is of an earlier form. Take the file as it was "
@@ -169,7 +172,7 @@ def _nominal(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalPro
     return NominalProblem(problem, model, uncertainty, at, pose, query)
 
 
-def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
+def _no_plan(certificate, volumes, ended: Ended | None, scene: Scene) -> NoPlan | None:
     """The proof of absence that the checker has just accepted. A safe box counts as undecided."""
     if certificate is None or volumes is None:
         return None
@@ -177,4 +180,5 @@ def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None
     kind = PROVED if volumes["kind"] == "proved" else UNDECIDED
     leaves = sum("split" not in node for node in certificate["tree"])
     total = safe + unsafe + undecided
-    return NoPlan(kind, unsafe, total - unsafe, total, certificate, leaves, ended=ended)
+    told = certificate, leaves, None, 0.0, why_none(scene), scene.nominal.uncertainty, ended
+    return NoPlan(kind, unsafe, total - unsafe, total, *told, scene.model.claim.law.box)

@@ -6,6 +6,7 @@ from jaxtyping import Float
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import exact
 
 
 @struct.dataclass
@@ -34,6 +35,13 @@ class Box:
     def volume(self):
         """Product of the widths."""
         return (self.hi - self.lo).prod(axis=-1)
+
+    @property
+    def text(self) -> str:
+        """In exact numbers: "[0, 1] x [-2, 2.5]"."""
+        return " x ".join(
+            f"[{exact(a)}, {exact(b)}]" for a, b in zip(self.lo, self.hi, strict=True)
+        )
 
     def contains(self, x):
         """x (..., n) -> bool (...): closed membership, no tolerance."""

@@ -13,7 +13,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import exact, hex_floats, hex_text, nearest_floats
+from parc_jax.common.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.learning.labels import (
     PARTS,
     Labels,
@@ -125,9 +125,8 @@ def told_of_part(law: LawSpec) -> LawSpec:
     if law.k_law.endswith(PART):
         return law
     how = {"uniform": EVEN, "logged": "the log's law"}.get(law.k_law, law.k_law)
-    corners = zip(hex_floats(law.lo), hex_floats(law.hi), strict=True)
-    whole = " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in corners)
-    return replace(law, k_law=f"{how} on {whole}{PART}")
+    whole = box(hex_floats(law.lo), hex_floats(law.hi))
+    return replace(law, k_law=f"{how} on {whole.text}{PART}")
 
 
 def logged_on(law: LawSpec, K: Box) -> LawSpec:

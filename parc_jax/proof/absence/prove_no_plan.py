@@ -9,6 +9,7 @@ the independent checker, in exact arithmetic.
 import itertools
 import logging
 import time
+import timeit
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
@@ -20,6 +21,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import Basis, round_up
 from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
+from parc_jax.learning.bound.statement import in_box
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.realisations import Robustness
@@ -55,7 +57,7 @@ class NoPlan(NamedTuple):
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds: [s] of the search.
     reason: why none is safe, where a sentence can say it, else None. uncertainty: that a safe
-        plan would be robust to; None where there was none. ended: the cause, None if not recorded.
+        plan would be robust to, None for none. ended: the cause, None if unknown. box: of all k.
     """
 
     kind: str
@@ -69,6 +71,7 @@ class NoPlan(NamedTuple):
     reason: Reason | None = None
     uncertainty: Robustness | None = None
     ended: Ended | None = Ended.TARGET
+    box: str = "K"
 
     def details(self) -> str:
         """The sentence about the model and its tube, and the plans that it is about."""
@@ -77,23 +80,21 @@ class NoPlan(NamedTuple):
 
     def _told(self) -> str:
         if self.kind == PROVED:
-            told = "Proved in exact arithmetic: the model has no safe (p0, k) with this tube"
-            told += "; a longer search cannot find one."
-            if self.reason is not None:
-                told += f" Why, as float64 has it: {self.reason.words}"
-                if self.reason.of_scene:
-                    return told
-            return (
-                f"{told} "
-                "The robot may still be able to do it: a better model or a narrower tube may tell."
+            told = f"Proved in exact arithmetic: the model has no safe (p0, k){in_box(self.box)} "
+            told += "with this tube; a longer search cannot find one."
+            told += f" Why, as float64 has it: {self.reason.words}" if self.reason else ""
+            may = (
+                " The robot may still be able to do it: a better model or a narrower tube may tell."
             )
+            return told if self.reason and self.reason.of_scene else f"{told}{may}"
         if self.reason is not None and self.reason.sure:
             return f"No plan is safe: {self.reason.words}"
         why = f": {self.reason.words}" if self.reason else "."
         share = rounded_up(100 * self.undecided / self.total, 4)
         return (
-            f"No safe plan was found{why} This is not a proof that none exists: of the plans "
-            f"{IN_THE_BOX}, {share} % by volume are undecided; the others are proved unsafe."
+            f"No safe plan was found{why} This is not a proof that none exists: of the plans"
+            f"{in_box(self.box)} {IN_THE_BOX}, {share} % by volume are undecided; the others are "
+            "proved unsafe."
         )
 
 
@@ -130,12 +131,8 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     ended = Ended.SECONDS if limit.cut else Ended.TARGET if search.decided else Ended.WORK
     tree = root.spell()
     kind = UNDECIDED if any("open" in node for node in tree) else PROVED
-    plan: dict | None = {
-        "kind": KIND_IN_FILE[kind],
-        "z": {"lo": decimal_text(z_lo), "hi": decimal_text(z_hi)},
-        "faces": faces,
-        "tree": tree,
-    }
+    z = {"lo": decimal_text(z_lo), "hi": decimal_text(z_hi)}
+    plan: dict | None = {"kind": KIND_IN_FILE[kind], "z": z, "faces": faces, "tree": tree}
     _log.info("checking a proof of %d boxes in exact arithmetic", search.leaves)
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
     try:
@@ -144,18 +141,9 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     except checker.Rejected:  # a refused certificate proves nothing and is dropped
         kind, plan, ended = UNDECIDED, None, None
         report = {"unsafe": 0, "undecided": root.volume}
-    return NoPlan(
-        kind=kind,
-        unsafe=Fraction(report["unsafe"]),
-        undecided=Fraction(report["undecided"]),
-        total=root.volume,
-        certificate=plan,
-        leaves=search.leaves,
-        safe_plan=search.safe_plan,
-        seconds=searched - begin,
-        reason=why_none(scene),
-        ended=ended,
-    )
+    volumes = Fraction(report["unsafe"]), Fraction(report["undecided"]), root.volume
+    found = plan, search.leaves, search.safe_plan, searched - begin
+    return NoPlan(kind, *volumes, *found, reason=why_none(scene), ended=ended)
 
 
 def _missing(model: TrajectoryModel) -> str | None:
@@ -164,35 +152,23 @@ def _missing(model: TrajectoryModel) -> str | None:
     if model.n_k > most:
         return f"a model with at most {most} parameters; this model has {model.n_k}"
     if not model.tube.claimed.any():
-        return "a claim about some bin of K; this model has none"
-    templates = model.tube.templates or ()
-    if not all(faces.allow_none.all() for faces in templates):
+        return f"a claim about some bin of {model.claim.law.box}; this model has none"
+    if not all(faces.allow_none.all() for faces in model.tube.templates or ()):
         return "a tube around the model itself; in a bin of this one no error at all is outside"
     return None
 
 
 def _not_searched(root: Node, needed: str, reason: Reason | None) -> NoPlan:
     """All plans undecided."""
-    return NoPlan(
-        kind=UNDECIDED,
-        unsafe=Fraction(0),
-        undecided=root.volume,
-        total=root.volume,
-        reason=reason or Reason(f"a proof needs {needed}.", False),
-        ended=None,
-    )
+    why, all_of = reason or Reason(f"a proof needs {needed}.", False), root.volume
+    return NoPlan(UNDECIDED, Fraction(0), all_of, all_of, reason=why, ended=None)
 
 
 def _seconds_per_evaluation(context: checker.Context, model: TrajectoryModel) -> float:
     """How long the checker takes for one exact evaluation of the network on this machine."""
     middle = (model.domain.lo + model.domain.hi) / 2
     point, scale = checker.integers([Fraction(float(v)) for v in middle])
-    seconds = []
-    for _ in range(3):
-        begin = time.perf_counter()
-        context.evaluate([point], scale)
-        seconds.append(time.perf_counter() - begin)
-    return min(seconds)
+    return min(timeit.repeat(lambda: context.evaluate([point], scale), repeat=3, number=1))
 
 
 def goal_faces(problem: Problem, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:

@@ -11,6 +11,7 @@ from parc_jax.common.arrays import once
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.learning.bound.error_set import at
+from parc_jax.learning.bound.statement import in_box
 from parc_jax.learning.labels import degrees_hint, name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.rounding import outputs_within
@@ -68,7 +69,7 @@ def _reason(scene: Scene) -> Reason | None:
 
 def no_end_fits(scene: Scene) -> str | None:
     """Why no plan can be safe, where the tube is wider than the goal in all bins of K; or None."""
-    model = scene.model
+    model, box = scene.model, scene.model.claim.law.box
     lo, hi = goal_box(scene.problem.goal, model.layout)
     axes, templates = np.eye(model.tube.final.shape[1]), model.tube.templates
     errors = at(model.tube.final_errors, (slice(None), None))
@@ -85,11 +86,11 @@ def no_end_fits(scene: Scene) -> str | None:
     least = half.min(axis=0)
     if not np.isfinite(least).all():
         return (
-            "no plan keeps to bins of K that have a claim; a value on an edge is in the bins on "
-            "both sides."
+            f"no plan keeps to bins of {box} that have a claim; a value on an edge is in the bins "
+            "on both sides."
         )
     if short[:, axis].min() <= 0:
-        return "in every bin of K the goal is narrower than the tube at the end along some axis."
+        return f"in every bin of {box} the goal is narrower than the tube's end along some axis."
     return (
         f"the goal is narrower than the tube at the end: its axis {axis} is "
         f"{exact((hi - lo)[axis])} wide, and the error there is bounded by no less than "
@@ -169,6 +170,7 @@ def _out_of_reach(scene: Scene) -> str | None:
         return None
     whose = " from where it starts" if scene.at is not None else " from the start set"
     words = f"no plan of the model ends in the goal{whose if known else ''}, whatever its k"
+    words += in_box(model.claim.law.box, " in ")
     goal_lo, goal_hi = goal_box(scene.problem.goal, model.layout)
     lo, hi = lo.min(axis=0), hi.max(axis=0)
     missed = np.flatnonzero((goal_lo > hi) | (goal_hi < lo))

@@ -11,6 +11,7 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import as_float64, once
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.model import TrajectoryModel, float_slack
@@ -97,6 +98,12 @@ class Scene(SceneArrays):
     def at(self) -> np.ndarray | None:
         """(n_p,) [m] the one start of all plans, None for any."""
         return self.nominal.at
+
+    @property
+    def box_of_k(self) -> str:
+        """Of which k its answer is, in sentences: the name of the claim's box, or a part of it."""
+        asked, K = Box(self.k_lo, self.k_hi).text, self.model.domain.text
+        return self.model.claim.law.box if asked == K else asked
 
     def under(self, model: TrajectoryModel) -> "Scene":
         """The same arrays with another model of the same layout: to rank plans. The slack is that
