@@ -192,8 +192,9 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     by_key, by_python = _decided(system)
     alike = all(_alike(system, key, x) for x in (k[:1], k[1:])) if by_python else not by_key
     if by_python and not alike and is_traceable(system):  # callbacks may draw once for all runs
-        again = (collect(system, key, STARTS, Stage.SEARCH, k=k, quiet=True) for _ in "ab")
-        require_same_runs(system.name, *({"p": x.p, "q": x.q} for x in again), system)
+        both = (collect(system, key, STARTS, Stage.SEARCH, k=k, quiet=True) for _ in range(2))
+        first, again = ({"p": x.p, "q": x.q} for x in both)
+        require_same_runs(system.name, first, again, system)
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
