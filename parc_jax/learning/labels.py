@@ -31,7 +31,7 @@ _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
 _NAME = "|".join((_GLUED.pattern, *HEADINGS))
 _TOLD = "|".join(UNLESS_UNIT + LAST + ANGLES + NO_PLACE)
 _JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|meter)(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
-_UNIT = re.compile(r"(.*) \[(.*)\]|(.+?) ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/(?:s2?|h))?)\)")
+_UNIT = re.compile(r"(.+?)(?: \[([^[]*)\]| ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/s2?|/h)?)\))")
 PARTS = ("p", "q", "k")
 
 
@@ -102,12 +102,12 @@ def labels_of(system) -> Labels:
 
 def name_of(label: str) -> str:
     """The label without its unit."""
-    return (found[1] or found[3] or "") if (found := _UNIT.fullmatch(label)) else label
+    return found[1] if (found := _UNIT.fullmatch(label)) else label
 
 
 def unit_of(label: str) -> str:
     """The unit in the label's brackets, or nothing, as for other words in round ones."""
-    return (found[2] or found[4] or "") if (found := _UNIT.fullmatch(label)) else ""
+    return (found[2] or found[3] or "") if (found := _UNIT.fullmatch(label)) else ""
 
 
 def words_in(label: str) -> list[str]:
