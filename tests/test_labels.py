@@ -96,8 +96,8 @@ SAID = (
     "odom.vel.x|xVel|velx|twist.linear.x|x_dot|xdot|x_rate|force_x|gyro_x|angular.x|err_x|cmd_x|x_std|"
     "cov_x|x_goal|target_x|x_ref|x_rad|orientation.x|omega_x|q_x|rot_x|torque_x|jerk_x|x_sigma|"
     "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|x velocity [m]|t|"
-    "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_upper|x_ddot|qvel_0|"
-    "nsecs|magnetic_field.x|vx|qz|yaw [m]"
+    "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_lower|x_upper|x_ddot|"
+    "qvel_0|nsecs|magnetic_field.x|vx|qz|yaw [m]"
 )
 FINE = (
     "x|X|posX|robotX|xM|xm|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
