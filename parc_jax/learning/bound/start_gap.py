@@ -223,9 +223,8 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
     """Are runs of each of k (n, n_k) under two keys the same to the last bit, or both failed?"""
-    # in two calls: what Python draws may be one number for all runs of a call
-    keys = jax.random.split(key)
-    one, two = (collect(system, x, len(k), Stage.SEARCH, k=k, quiet=True) for x in keys)
+    n = len(k)  # in two calls: what Python draws may be one number for all runs of a call
+    one, two = (collect(system, key, n, Stage.SEARCH, k=k, first_row=x, quiet=True) for x in (0, n))
     here = ~(one.failed & two.failed)
     return all(np.array_equal(x[here], y[here]) for x, y in ((one.p, two.p), (one.q, two.q)))
 
