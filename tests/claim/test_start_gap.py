@@ -143,6 +143,14 @@ def test_a_system_in_jax_that_reads_no_key_is_told_of():
             jax.debug.print("q {}", q)
             return pj.Trajectory(jax.pure_callback(np.sin, p, p, vmap_method="sequential"), q)
 
+    class OfBatches(Gusts):
+        """One gust for all runs of a call, in NumPy."""
+
+        def rollout_batch(self, keys, k):
+            moved = np.asarray(k) + np.random.default_rng().random(2)
+            return pj.Trajectory(np.linspace(0.0, 1.0, 5)[:, None] * moved[:, None], moved[:, :0])
+
+    assert not try_starts(OfBatches(True), KEY, 0.0).alike
     with pytest.raises(InputError, match=r"gusts: expected runs to repeat .* from the key"):
         try_starts(OfPython(False), KEY, 0.0)  # one gust for all runs of a call, beside their own
     for made, none in itertools.product((Gusts, HandedOver), (True, False)):
