@@ -340,8 +340,7 @@ def summary(answer, drawn: str) -> str:
         lines.append(answer.absence.details())
     if not answer.model.claim.tube.claimed.all():
         none = answer.model.claim.premises["open bins"]
-        box = answer.model.claim.law.box
-        lines.append(f"{none} bins of {box} have no claim: no plan there can be shown safe.")
+        lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
     more = [
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,

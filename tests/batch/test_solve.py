@@ -270,6 +270,8 @@ def test_errors_say_what_to_do(toy):
     for wrong in ({"spans": [[[0.0, 0.75]]]}, {"present": [[0]]}, {"present": [["no"]]}):
         with pytest.raises(InputError, match="present as True and False, and spans in whole num"):
             box_scenes(*one, **wrong)
+    free = (*one[:3], np.zeros((0, 2)), np.zeros((0, 2)), 0.1)  # NumPy has no type for no numbers
+    assert box_scenes(*free, present=[[]], spans=np.zeros((1, 0, 2))).problem(0).obstacles == ()
     assert len(planner.solve_batch([], KEY).found) == 0
 
 

@@ -84,6 +84,8 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
     covered, counts = data["meta"]["coverage"], data["meta"]["counts"]
     wrong = [{"coverage": covered | {"at_least": 7}}, {"coverage": covered | {"confidence": 1}}]
     wrong += [{"coverage": covered | {"fresh_uncovered": 3}}, {"volume_of_all": "0.01"}]
+    nothing = dict.fromkeys(("share", "at_least"), "0") | {"fresh_safe": 0, "fresh_uncovered": 3}
+    wrong += [{"coverage": covered | nothing}, {"volume_drawn": "-1", "volume_of_all": "-9"}]
     for other in (*wrong, {"counts": counts | {"safe": counts["drawn"] + 1}}, {"ended": "luck"}):
         path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
         with pytest.raises(InputError, match="expected counts of draws and shares between 0 and 1"):
