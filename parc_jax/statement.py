@@ -1,17 +1,16 @@
-"""The sentences of an answer and of a loop, printed from premises and counts: the proof about the
-model and its tube (C), the error bound of the tube (E), the risk of a drawn plan.
+"""The sentences of an answer, printed from premises and counts: the proof about the model and its
+tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
 
 from parc_jax.checker.answer import scene_of
 from parc_jax.common.premises import ASSUMED, Premises
-from parc_jax.common.said import most_and_often, without_braces
-from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up
+from parc_jax.common.said import about_said
+from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up, some_of
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import AS_RECORDED, VALIDATED, confidence_of
 from parc_jax.learning.labels import name_of
@@ -27,7 +26,6 @@ from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import Reason, any_end_is_in, why_none
 
-MOST_NUMBERS = 8  # that are listed
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
 
@@ -95,24 +93,6 @@ def resting_on(asked: NominalProblem) -> list[str]:
     return [text for text in told if text]
 
 
-def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, of: int = 0) -> str:
-    """What obstacles rest on: `Problem.rests_on`, or the most of several manoeuvres. told: in how
-    many `of` them each was said.
-    """
-    n, words = told or {}, []
-    for said, most in sorted(rests.items()):
-        some = f", in {n[said]:,} of {of:,} manoeuvres alone" if n.get(said, of) < of else ""
-        words.append(f"Of at most {most} at a time{some}: {without_braces(said)}")
-    return " ".join(words)
-
-
-def about_drift(drifted: float) -> str:
-    """What obstacles and a goal rest on in a frame that may have drifted [m] in an episode."""
-    off = f"may have turned, and drifted by {rounded_up(exact(drifted), 3)} m where the robot is"
-    told = "obstacles and a goal are where they are told to be"
-    return f"{told}, in a frame that {off}, since the episode began"
-
-
 def about_pose(pose: tuple[Iterable[float], float | None] | None, model: TrajectoryModel) -> str:
     """The pose from which all plans of the answer start; None where that is anywhere."""
     if pose is None:
@@ -122,7 +102,7 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None, model: Traject
     if heading is None:
         return f"Here: all plans start at ({where}) m, with the heading of the model's runs."
     words = zip(model.labels.q, model.rotation or (), strict=False)
-    turn = _some([name_of(label) for label, word in words if word == TURNS] or ["none"])
+    turn = some_of([name_of(label) for label, word in words if word == TURNS] or ["none"])
     goal = f", and of its goal states {turn}," if model.n_q else ""
     return (
         f"Here: all plans start at ({where}) m with heading {exact(heading)} rad. Scene, plans and "
@@ -229,67 +209,6 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
 
 
-def about_loops(driven: Sequence) -> str:
-    """The sentence (C) of the loops that committed to manoeuvres in some of the episodes. [T38]"""
-    loops = sorted({loop for one in driven for loop in one.loops})
-    if not loops:
-        return "(C) is not said: no episode tells of a manoeuvre that a loop committed to."
-    others = sum(not one.loops for one in driven)
-    more = f" Of {counted(others, 'episode')} without one nothing is shown." if others else ""
-    short = [one.told_for for one in driven if one.loops and one.told_for is not None]
-    first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
-    most, told = most_and_often((one.rests_on, one.told_in) for one in driven)
-    rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
-    drifted = max(one.drifted for one in driven)
-    assumed = list(dict.fromkeys(x for one in driven for x in one.assumed))
-    assumed += [about_drift(drifted)] if drifted else []
-    rests += f" Of each episode is assumed: {'; '.join(assumed)}." if assumed else ""
-    return (
-        f"(C) Of the manoeuvres of {_some([f'a loop ({loop})' for loop in loops])}, shown in "
-        "float64 with a rounding margin: whatever happens inside the tubes, nothing is touched "
-        "that was told of for the manoeuvre under way, while every pose is inside its uncertainty, "
-        "what was said of obstacles is so, and a robot rests where a manoeuvre ends. What moves is "
-        f"told of for its intervals alone, until that rest at most{first}: later it may run into a "
-        f"robot, also one that rests.{rests}{more}"
-    )
-
-
-def _some(things: Sequence) -> str:
-    more = ["others"] if len(things) > MOST_NUMBERS else []
-    return listed([*map(str, things[:MOST_NUMBERS]), *more])
-
-
-def about_episodes(episodes) -> str:
-    """Both sentences of a loop, from its `Episodes`. [T40]"""
-    left, look, contradictions = episodes.left, episodes.look, episodes.contradictions
-    event = "touches anything" if left is None else "leaves a tube, or touches anything,"
-    found = Counter(one.left for one in episodes.driven)
-    events = [f"in {found[True]:,} a tube was left"] if left is not None or found[True] else []
-    events += [f"in {n:,} {words}" for words, n in found.items() if isinstance(words, str)]
-    events.append(f"in {episodes.touched:,} something was touched")
-    events.append(f"in {episodes.failed:,} there was no outcome")
-    sentences = [
-        about_loops(episodes.driven),
-        f"(E) Of {counted(episodes.n, 'fresh episode')} {episodes.bad:,} were bad: "
-        f"{listed(events)}.",
-        f"With confidence {look.sure} over them, an episode of this law {event} with probability "
-        f"at most {rounded_up(episodes.eps)}{look.numbered(', look')}, for whatever reason. What "
-        "runs into a robot that rests is not counted. Assumes: worlds, starts and disturbances of "
-        f"use come from this law ({episodes.law}); the driver ({episodes.drive}) and all else that "
-        f"decides were settled before the first episode and stay so (episodes: {episodes.again}); "
-        "no episodes were driven for it "
-        f"but those of its {counted(look.planned, 'look')}, under any key; what stopped the work, "
-        "if anything, had nothing to do with how episodes went.",
-    ]
-    if contradictions:
-        sentences.append(
-            f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({_some(contradictions)}) "
-            "something was touched inside the tubes, so something that (C) assumes does not hold, "
-            "or it is about nothing that was told of for the manoeuvre under way."
-        )
-    return " ".join(sentences)
-
-
 def headline(answer) -> str:
     """An `Answer` in one line."""
     name = answer.model.system or "unnamed system"
@@ -315,7 +234,7 @@ def set_of(answer, name: str = "the model's safe set") -> str:
 
 def summary(answer, drawn: str) -> str:
     """`Answer.summary`. drawn: the sentence about a drawn plan, of an answer with plans."""
-    cover, asked = answer.cover, answer.scene.nominal
+    cover, asked, claim = answer.cover, answer.scene.nominal, answer.model.claim
     lines = [f"{headline(answer)}.", f"Status: {answer.status.text}."]
     why = None if answer.status.found or answer.absence else why_none(answer.scene)
     if why is not None and why.sure:
@@ -326,11 +245,11 @@ def summary(answer, drawn: str) -> str:
             cover.safe,
             from_here=answer.scene.at is not None,
             around=cover.within is not None,
-            box=answer.model.claim.law.box,
+            box=claim.law.box,
             doubt=asked.uncertainty is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
-        leaky = answer.model.claim.kind == VALIDATED
+        leaky = claim.kind == VALIDATED
         lines.append(f"Safe{' under a tube that runs may leave' * leaky}: {share}.")
         lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
         if cover.refused:
@@ -338,9 +257,9 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
-    if not answer.model.claim.tube.claimed.all():
-        none = answer.model.claim.premises["open bins"]
-        lines.append(f"{none} bins of K have no claim: no plan there can be shown safe.")
+    if not claim.tube.claimed.all():
+        none = f"{claim.premises['open bins']} bins of K have no claim"
+        lines.append(f"{none}: no plan there can be shown safe.")
     more = [
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,
@@ -353,10 +272,10 @@ def summary(answer, drawn: str) -> str:
     tested = answer.validation and answer.validation.answer
     assumed = dict.fromkeys(
         f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
-        for claim in (answer.model.claim, *([tested.model.claim] if tested else []))
-        for entry in claim.premises
+        for one in (claim, *([tested.model.claim] if tested else []))
+        for entry in one.premises
         # of a tested set the tube is a name, and runs may leave it
-        if entry.standing == ASSUMED and (claim.kind, entry.name) != (VALIDATED, "tube")
+        if entry.standing == ASSUMED and (one.kind, entry.name) != (VALIDATED, "tube")
     )
     lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
@@ -372,7 +291,7 @@ def about_scene(pose: Pose | None, problem: Problem, model: TrajectoryModel) -> 
     scene, goal = scene_of(problem_part(problem, model), starts), about_goal(problem, model)
     parts = {i for part in numbered(problem.body, model.points) for i in part.points}
     out = [name for i, name in enumerate(model.points) if i not in parts]
-    beside = f" No part of it is told by {_some(out)}: of those nothing is said." if out else ""
+    beside = f" No part of it is told by {some_of(out)}: of those nothing is said." if out else ""
     return f"It is of {scene}.{beside} {goal} Of a plan (p0, k), p0 is {where}; {numbers}."
 
 
@@ -389,7 +308,7 @@ def about_goal(problem: Problem, model: TrajectoryModel) -> str:
     inside = any_end_is_in(lo, hi, model)
     idle = [name_of(names[i]) for i in inside if not across[:, i].any()]
     free = f" Whatever k, {listed(idle)} ends so: of it nothing is asked." if idle else ""
-    return f"Its goal: {_some(told)}.{free}"
+    return f"Its goal: {some_of(told)}.{free}"
 
 
 def details(answer, drawn: str, polytopes: int) -> str:
@@ -397,9 +316,9 @@ def details(answer, drawn: str, polytopes: int) -> str:
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     uncertainty, claim = asked.uncertainty, answer.model.claim
     tube = [about_pose(asked.pose, (asked.query or asked).model)]
-    scene = about_scene(asked.pose, answer.problem, answer.model)
-    obstacles = about_obstacles(asked.problem, answer.model.time)
-    scene = " ".join(filter(None, [scene, about_points(asked.problem), obstacles]))
+    told = [about_scene(asked.pose, answer.problem, answer.model), about_points(asked.problem)]
+    told.append(about_obstacles(asked.problem, answer.model.time))
+    scene = " ".join(filter(None, told))
     if answer.status.found and uncertainty is not None:
         tube.append(
             "Robust: all this is said of a question that allows for the uncertainty, and so it "

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import parc_jax as pj
-from parc_jax.common.said import most_and_often, slot, together, without_braces
+from parc_jax.common.said import about_said, most_and_often, slot, together, without_braces
+from parc_jax.drive.loop.statement import about_loops
 from parc_jax.drive.loop.workers import Driven
 from parc_jax.problem.problem import Span
 from parc_jax.problem.world.free_space import FreeSpace
-from parc_jax.statement import about_loops, about_said
 
 
 def test_numbers_are_told_from_the_least_to_the_most_rounded_outward():

@@ -98,11 +98,11 @@ class _Side(NamedTuple):
         return f"{self.name} at {'the end' if self.time is None else f'{self.time:.3g} s'}"
 
 
-def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why:
-    """The obstruction of the plans of a scene, the same for the same seed. listed: (b, n_k)
-    parameters, for the nearest of these from the one start, which costs milliseconds.
+def why_of(scene: Scene, listed: np.ndarray | None = None) -> Why:
+    """The obstruction of the plans of a scene, the same in each call. listed: (b, n_k) parameters,
+    for the nearest of these from the one start, which costs milliseconds.
     """
-    rng, sides = np.random.default_rng(seed), _sides(scene)
+    rng, sides = np.random.default_rng(0), _sides(scene)
     lo, hi = box_of_plans(scene)
     x = rng.uniform(lo, hi, (DRAWN, len(lo))) if listed is None else listed
     x, aims = _aimed(scene, x)
@@ -132,6 +132,7 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         most = int(np.argmax(alone))
         held = [_in_the_way_of_half(scene, sides[most], x[only & blocked[most]])]
     both = [*held[:1], *[one for one in held[1:] if float(one.push @ held[0].push) < AGAINST][:1]]
+    missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     first = why_none(scene)
     said = [] if first is None else [f"{first.words[:1].upper()}{first.words[1:]}"]
     names = [side.name for side in sides]
@@ -145,8 +146,8 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         # what is uncertain at the start and in the execution is in the tube of the robust model
         tube = "tube" if scene.nominal.uncertainty is None else "tube (with what is uncertain)"
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
-        said.append(f"{how} {_of_tube(both, tube)}")
-        said.append(_next(scene, both, tube))
+        said.append(f"{how} {_of_tube(missing, bare, both[0].unit, tube)}")
+        said.append(_next(scene, both, missing, bare, tube))
         framed = pose is not None and pose.heading is not None
         said += ["Places are told in the robot's frame."] * framed
     elif not safe and best.value[0] > 0:
@@ -155,8 +156,8 @@ def why_of(scene: Scene, seed: int = 0, listed: np.ndarray | None = None) -> Why
         blockers=tuple(one.name for one in held),
         obstacles=tuple(one.obstacle for one in held if one.obstacle is not None),
         times=tuple(one.time for one in held),
-        missing=-sum(one.room for one in both) + 0.0,
-        bare=-sum(one.bare for one in both) + 0.0,
+        missing=missing + 0.0,
+        bare=bare + 0.0,
         unit=held[0].unit if held else "m",
         blocked=float(share),
         safe=safe,
@@ -270,18 +271,15 @@ def _of_many(one: _Side, blocked: float, safe: float) -> str:
     )
 
 
-def _of_tube(both: list[_Side], tube: str) -> str:
-    missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
-    unit = both[0].unit
+def _of_tube(missing: float, bare: float, unit: str, tube: str) -> str:
     more = f"has {_size(-bare, unit, rounded_down)} to spare"
     rest = f"lacks {_size(bare, unit)}" if bare > 0 else more
     rest = "just passes" if abs(bare) < NOTHING * missing else rest
     return f"The {tube} takes {_size(missing - bare, unit)} of it: without errors it {rest}."
 
 
-def _next(scene: Scene, both: list[_Side], tube: str) -> str:
+def _next(scene: Scene, both: list[_Side], missing: float, bare: float, tube: str) -> str:
     """Remedies, and how much of each."""
-    missing, bare = -sum(one.room for one in both), -sum(one.bare for one in both)
     parts = {one.part for one in both}
     what = "that obstacle farther away" if parts == {"gap"} else f"that {'/'.join(parts)} wider"
     if len(both) > 1 and "gap" in parts:

@@ -323,8 +323,7 @@ def _edges(edges) -> str:
 
 def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Windows:
     """Runs that begin `after` seconds after each new command, where the values differ from those
-    sent before, or repeat after a pause longer than the run. bridge: [s] between poses, up to which
-    the robot is taken to have gone straight.
+    sent before, or repeat after a pause longer than the run. bridge: as of `load_bags`.
     """
     where = drive.where
     order = np.argsort(drive.times, kind="stable")  # those of several senders may arrive swapped

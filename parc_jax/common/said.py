@@ -51,3 +51,14 @@ def without_braces(text: str) -> str:
 def _ends(hit: re.Match) -> str:
     least, most = hit.groups()
     return least if most is None else f"{rounded_down(least)} to {rounded_up(most)}"
+
+
+def about_said(rests: Mapping[str, int], told: Mapping[str, int] | None = None, of: int = 0) -> str:
+    """What obstacles rest on: `Problem.rests_on`, or the most of several manoeuvres. told: in how
+    many `of` them each was said.
+    """
+    n, words = told or {}, []
+    for said, most in sorted(rests.items()):
+        some = f", in {n[said]:,} of {of:,} manoeuvres alone" if n.get(said, of) < of else ""
+        words.append(f"Of at most {most} at a time{some}: {without_braces(said)}")
+    return " ".join(words)

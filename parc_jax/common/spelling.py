@@ -13,6 +13,7 @@ import numpy as np
 from parc_jax.checker import number
 
 LONGEST_DECIMAL = 80  # characters of a decimal that a person still reads; beyond, hexadecimal
+MOST_LISTED = 8  # things that a sentence names; of more it says that there are others
 
 
 def hex_text(values):
@@ -100,3 +101,9 @@ def listed(parts: Sequence[str]) -> str:
     """In English: "a", "a and b", "a, b and c"."""
     *first, last = parts
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def some_of(things: Sequence) -> str:
+    """In English: the first MOST_LISTED, and that there are others, if so."""
+    more = ["others"] if len(things) > MOST_LISTED else []
+    return listed([*map(str, things[:MOST_LISTED]), *more])

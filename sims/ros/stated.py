@@ -1,10 +1,10 @@
 """What a pilot states of its steps: the guarantee, and all that it rests on."""
 
+from parc_jax.common.said import about_said
 from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import moved_last
 from parc_jax.drive.loop.commitment import START, Step
 from parc_jax.learning.labels import name_of
-from parc_jax.statement import about_said
 
 
 def assumed(pilot) -> str:

@@ -128,7 +128,7 @@ def test_obstacles_that_always_exist_come_back_beside_those_that_do_not(tmp_path
 @pytest.mark.parametrize("proved", [False, True])
 def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]
-    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.", more=True)]
+    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.", mover="one")]
     asked = pj.reach_avoid(toy_query.GOAL, on_the_goal, 0.1, spans=then)
     none = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings())
     none = none if proved else replace(none, absence=None)

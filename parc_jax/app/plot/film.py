@@ -1,7 +1,5 @@
-"""Films: of one plan, its true run where there is one, else the model's prediction; of an episode,
-one manoeuvre after another, each with the reachable set of the body and the stop that it ends in.
-
-In the plane from above, in space from three sides. A film is a .gif file or a folder of
+"""Films: of one plan, its true run where there is one, else the model's prediction; of an episode
+(`Stage`). In the plane from above, in space from three sides. A film is a .gif file or a folder of
 .png files, complete or absent.
 """
 

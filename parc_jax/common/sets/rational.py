@@ -42,7 +42,7 @@ def _in_plane(p: HPolytope, name: str) -> list[Point]:
     open_ = [(x, y) for x, y in rays if all(u * x + v * y <= 0 for u, v, _ in rows)]
     far = [(a, c, FAR) for a, c in ((1, 0), (-1, 0), (0, 1), (0, -1))]
     if (open_ or not rows) and (found or _corners([*rows, *far])):
-        raise _unbounded(name)
+        raise unbounded(name)
     return convex_polygon(list(found))
 
 
@@ -112,7 +112,7 @@ def _in_space(p: HPolytope, name: str) -> list[Point]:
     eye = np.eye(3, dtype=int).tolist()
     far = [(tuple(Fraction(s * x) for x in e), Fraction(FAR)) for e in eye for s in (-1, 1)]
     if _is_open(rows) and (found or _vertices([*rows, *far])):
-        raise _unbounded(name)
+        raise unbounded(name)
     return found
 
 
@@ -180,7 +180,8 @@ def _dot(u, v) -> Fraction:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-def _unbounded(name: str) -> InputError:
+def unbounded(name: str) -> InputError:
+    """Why a set whose rows leave a direction open is refused."""
     return InputError(
         f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
         "side."

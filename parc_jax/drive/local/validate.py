@@ -96,7 +96,7 @@ def validated(
             "parameters, whose law nobody stated; got one. Solve it without validate=, "
             "--validate, --runs and --risk."
         )
-    source = asked.source
+    source, K = asked.source, query.model.domain
     if asked.looks.taken:  # by which what is tested now may have been chosen
         key = folded(stream(key, Stage.DRIVEN), asked.looks.taken)
     # apart from the runs, whose keys count up from the first row
@@ -106,7 +106,7 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
-        K, whole = query.model.domain, source.domain
+        whole = source.domain
         if not np.array_equal([K.lo, K.hi], [whole.lo, whole.hi]):
             told = f"validate: expected a system with the K of the model, {K.lo} .. {K.hi}; got "
             raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
@@ -126,7 +126,6 @@ def validated(
     # where the sequence begins is settled by draws that are no tests
     least = required_runs(asked.risk, asked.delta)
     if isinstance(source, RolloutBatch):
-        K = query.model.domain
         others = levels_of(sets, seeds, seeds.uniform(K.lo, K.hi, (TRIED, K.n)))[1].min(axis=1)
         first = first_set(others, len(sets), asked.tests, least)
         trial = by_recordings(source, sets, draws, first)._replace(start=start)

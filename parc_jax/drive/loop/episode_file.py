@@ -14,10 +14,11 @@ from parc_jax.checker.episode import EPISODE, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, reading
-from parc_jax.common.premises import ASSUMED, MEASURED, assumptions, premises
-from parc_jax.common.said import most_and_often
+from parc_jax.common.premises import ASSUMED, MEASURED, assumptions, premises, text_of
+from parc_jax.common.said import about_said, most_and_often
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
+from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -25,7 +26,6 @@ from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.certificate.prove import model_of_file, problem_of_file
 from parc_jax.proof.certificate.write import part_hash, problem_part, question_parts
-from parc_jax.statement import about_drift, about_said
 
 
 def episode_part(
@@ -63,6 +63,13 @@ def episode_part(
             for one in commitments
         ],
     }
+    assumed = dict(assumed or {})
+    for name, value in commitments[0].episode.assumed.items():
+        if assumed.setdefault(name, value) != value:
+            raise InputError(
+                f"episode: expected {name} as its robot's loop assumes it, {text_of(value)!r:.60}; "
+                f"got {text_of(assumed[name])!r:.60}."
+            )
     others: list[tuple] = [*assumptions("episode", assumed)]
     if eps := known.sensing_eps:
         said = "what is measured for a manoeuvre is within its bounds but for a probability of "

@@ -245,8 +245,8 @@ def calibrate_bins(
     n_blocks = int(block.max()) + 1
     share_of_delta = float(delta / (n_blocks * settings.looks))
     numbers = block[profile.bins_of(scores.k)]
-    drawn = scores.seed is not None and scores.law.k_law == "uniform"
-    if not drawn and (numbers != numbers[:, :1]).any():
+    uniform = scores.law.k_law == "uniform"
+    if not (uniform and scores.seed is not None) and (numbers != numbers[:, :1]).any():
         raise InputError(
             "calibrate_bins: expected no k on an edge between bins, where its run counts in both: "
             'move the edge (bins=), or make one claim over K: calibrate, or claims = ("one",).'
@@ -255,23 +255,21 @@ def calibrate_bins(
     # a run on a border between blocks counts in each of them
     inside = [scores.score[(numbers == number).any(axis=1)] for number in range(n_blocks)]
     scales, supported, blocks = np.full(n_blocks, np.inf), [None] * n_blocks, []
+    fewest = 0 if settings.discard == MOST else settings.discard
     for number, score in enumerate(inside):
-        allowed = most_discards(len(score), float(eps), share_of_delta)
-        discard = max(allowed, 0) if settings.discard == MOST else settings.discard
-        if discard <= allowed:  # else too few runs: no claim, and an infinite scale
-            supported[number], _ = pac_label(len(score), eps, share_of_delta, settings.discard)
+        n = len(score)
+        if fewest <= most_discards(n, float(eps), share_of_delta):  # else no claim, infinite scale
+            supported[number], discard = pac_label(n, eps, share_of_delta, settings.discard)
             scales[number] = kept_maximum(score, discard)
-            blocks.append((len(score), discard, supported[number]))
+            blocks.append((n, discard, supported[number]))
     if not blocks:
-        discard = 0 if settings.discard == MOST else settings.discard
-        needed = required_runs(float(eps), share_of_delta, discard)
+        needed = required_runs(float(eps), share_of_delta, fewest)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
             f"{n_blocks} holds {counts.max()}. Use fewer bins, a larger eps, or calibrate over K."
         )
     scale = scales[block]
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
-    uniform = scores.law.k_law == "uniform"
     evidence = {
         "bin_runs": [int(c) for c in counts[block]],
         "bin_scale": hex_text(scale),

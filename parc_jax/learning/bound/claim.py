@@ -200,8 +200,7 @@ class ErrorClaim:
         if self.bin_eps is None or self.evidence.get("bin_share") is None:
             return Fraction(1)
         bins = np.arange(self.tube.n_bins)  # shares in evidence are of blocks, each once per bin
-        shares = block_shares(self.tube.edges, bins)
-        both = zip(shares, self.bin_eps, strict=True)
+        both = zip(block_shares(self.tube.edges, bins), self.bin_eps, strict=True)
         return sum((share for share, eps in both if eps is not None), Fraction(0))
 
     def _risk_within(

@@ -112,9 +112,8 @@ def occupancy_grid(
     """The map of a nav_msgs/OccupancyGrid. Raises InputError.
 
     data: (height, width) whole numbers: -1, or 255 unsigned, unknown; 0 ... 100 percent occupied.
-    The message has them flat: np.array(data).reshape(height, width). resolution: [m]. origin: (x,
-    y, yaw) [m, rad] of the outer corner of cell (0, 0). Free are cells occupied with less than
-    FREE_THRESH; unknown is never free.
+    The message has them flat: np.array(data).reshape(height, width). resolution, origin: as of
+    `GridMap`. Free are cells occupied with less than FREE_THRESH; unknown is never free.
     inflated: a costmap is refused, as its inflation hides unknown cells, and robots come out
     larger than they are. It is recognised by raw costs (101 ... 254) and by the value 99, which
     costmap_2d publishes next to obstacles; with False you say that 99 is a probability.

@@ -29,8 +29,7 @@ class BranchAndBound:
     """
 
     def __init__(self, scene: Scene, root: Node):
-        model = scene.model
-        self.model = model
+        self.model = model = scene.model
         self.scene = scene
         self.root = root
         errors = BinErrors(model.tube, np.asarray(scene.goal_A))

@@ -144,17 +144,12 @@ def bins_over(tube: Tube, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, n
 
 
 class BinErrors:
-    """The errors of a tube over boxes of k, for a goal with rows goal_A (g, n_c + n_q).
-
-    names_errors: whether certificates name the error by which a row of the goal loses most; of
-    boxes the checker finds it by itself.
-    """
+    """The errors of a tube over boxes of k, for a goal with rows goal_A (g, n_c + n_q)."""
 
     def __init__(self, tube: Tube, goal_A: np.ndarray):
         self.tube = tube
         self.templates = tube.templates
         self.goal_A = goal_A
-        self.names_errors = self.templates is not None
         # half widths that every bin allows, and those that none exceeds
         self._widest, final = tube.finite_widths
         self._inner, self._widest_at_end = self._widest, final
@@ -197,9 +192,9 @@ class BinErrors:
 
     def goal_entry(self, errors: np.ndarray, row: int, m: Fraction) -> list:
         """A row of the goal in a certificate, m times; between faces with the error (of all rows,
-        `errors`) that violates it.
+        `errors`) that violates it: of boxes the checker finds it by itself.
         """
-        named = [hex_text(errors[row])] if self.names_errors else []
+        named = [] if self.templates is None else [hex_text(errors[row])]
         return [row, fraction_text(m), *named]
 
     def of_contact(

@@ -151,8 +151,7 @@ def _examined(
     z_lo = boxes.lo[:, :n_p]
     z_hi = boxes.hi[:, :n_p]
     # all points move with z
-    n_c = layout.n_c
-    goal_z = by_point(scene.goal_A[:, :n_c], layout.n_points).sum(axis=1)
+    goal_z = by_point(scene.goal_A[:, : layout.n_c], layout.n_points).sum(axis=1)
     goal_rest = scene.goal_A[:, n_p:]
 
     low = least_over(goal_z, z_lo, z_hi)

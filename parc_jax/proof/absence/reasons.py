@@ -242,10 +242,8 @@ class Reasons:
     """Spells the reasons of one scene's boxes."""
 
     def __init__(self, scene: Scene, errors: BinErrors):
-        model = scene.model
-        problem = scene.problem
-        self.model = model
-        self.problem = problem
+        self.model = model = scene.model
+        self.problem = problem = scene.problem
         self.errors = errors
         pairs = itertools.product(range(len(problem.obstacles)), range(len(problem.parts)))
         self.contacts = [Contacts(problem, *pair) for pair in pairs]

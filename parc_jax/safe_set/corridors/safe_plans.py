@@ -189,9 +189,7 @@ def best_plan(
 ) -> tuple[np.ndarray, float]:
     """Plan (n_p + n_k,) of a safe set with the largest objective found, and its value.
 
-    objective: "clearance" [m], "room" (the least of clearance and of the margins of goal and
-    start), a vector c (n_p + n_k,) for c . (p0, k), or a JAX function of p0 (n_p,), k (n_k,) ->
-    scalar. Raises InputError.
+    objective: as of `Answer.best`. Raises InputError.
     """
     n_p, n_k = plans.model.n_p, plans.model.n_k
     if isinstance(objective, str) and objective not in NAMED:

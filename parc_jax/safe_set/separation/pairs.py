@@ -21,7 +21,7 @@ from parc_jax.common.arrays import dot, least, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import corners_of_many
-from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, whole
+from parc_jax.common.sets.rational import Point, convex_polygon, rational_vertices, unbounded, whole
 from parc_jax.common.shapes import Index, Knot, Path, Scalar, Vector
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.network.predict import Layout, by_point
@@ -59,10 +59,7 @@ def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ..
     if not points:
         raise InputError(f"{name}: expected a set with points; its rows contradict each other.")
     if any(abs(x) > FARTHEST for point in points for x in point):
-        raise InputError(
-            f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
-            "side."
-        )
+        raise unbounded(name)
     # in whole numbers a row is active where it is equal, without a tolerance
     exact = [whole(row) for row in np.column_stack([A, b]).tolist()]
     in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
