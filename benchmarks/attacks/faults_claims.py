@@ -59,9 +59,9 @@ COUNTS = (
     ),
     Fault(
         "supported_eps_rounded_down",
-        "_round_up",
-        "ceil(eps / unit + 1e-9)",
-        "floor(eps / unit)",
+        "supported_eps",
+        "rounded_up(eps, 6)",
+        "eps * (1 - 1e-5)",
         "tests/claim/test_counts.py::test_the_supported_eps_is_supported_and_nearly_the_smallest",
     ),
     Fault(

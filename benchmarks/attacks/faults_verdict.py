@@ -70,7 +70,7 @@ INEQUALITY = (
     ),
     Fault(
         "errors_of_the_first_point_for_all",
-        "Pair._own",
+        "Pair.gaps",
         "at(errors, np.s_[:, self.points",
         "at(errors, np.s_[:, 0 * self.points",
         "tests/soundness/test_bodies.py::test_clearances_are_the_distances_of_hulls",

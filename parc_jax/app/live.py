@@ -103,16 +103,16 @@ class Live:
         eye, n_p = np.eye(model.n_p), model.n_p
         lo, hi = (side[:n_p] for side in goal_box(problem.goal, model.layout))
         self.most_off = MOST_OFF * float((hi - lo).min())
-        middles = {"goal": (lo + hi) / 2}
-        sets: dict[str, HPolytope | None] = {"goal": problem.goal}
+        middle = (lo + hi) / 2
+        self.grips = {"goal": Grip(problem.goal, middle, middle, eye)}
         parts = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
         if at is None and problem.start is not None:
             parts.append(("start", problem.start))
         for name, part in parts:
             corners = shapes.corners_of(part)
-            sets[name], middles[name] = part, (corners.min(axis=0) + corners.max(axis=0)) / 2
+            middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            self.grips[name] = Grip(part, middle, middle, eye)
         self._rng = np.random.default_rng(seed)
-        self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
         if at is not None:
             at = np.asarray(at, float)
             self._heading = float(at[n_p]) if len(at) > n_p else 0.0

@@ -12,6 +12,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError, shown
 from parc_jax.common.options import check_count
+from parc_jax.common.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
 
@@ -76,7 +77,7 @@ def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
         if eps >= 1.0:
             return None
         if wrong_claim_probability(n, eps, discard) <= delta:
-            return Fraction(f"{_round_up(eps):.6g}")
+            return Fraction(rounded_up(eps, 6))
         eps *= _TAIL_OUTWARD**2 if discard else _OUTWARD**2
     return None
 
@@ -164,12 +165,6 @@ def as_probability(name: str, value: Fraction | float | str) -> Fraction:
     if not 0 < (exact := as_fraction(name, value)) < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
-
-
-def _round_up(eps: float) -> float:
-    """Six significant digits, upward."""
-    unit = 10.0 ** (math.floor(math.log10(eps)) - 5)
-    return math.ceil(eps / unit + 1e-9) * unit
 
 
 def _check(eps: float, delta: float, discard: int) -> None:

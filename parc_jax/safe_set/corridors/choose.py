@@ -45,10 +45,6 @@ class Allowed(NamedTuple):
     known: jax.Array | None = None
     which: jax.Array | None = None
 
-    def of_first(self, n: int) -> ErrorSet:
-        """The errors of the first plans, (n, T, n_points)."""
-        return at(self.errors, self.bins[:n])
-
     def lost(self, plan: Index, point: Index, back: tuple[jax.Array, ...]):
         """(T, d) support of a plan's errors at a point along `back`, axes of directions. Kernel."""
         return at(self.errors, (self.bins[plan], slice(None), point, None)).support_by_axis(back)
@@ -158,7 +154,7 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
 
 def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int):
     """(T, n_p) unit directions that keep the hull of the first n plans away with most room."""
-    errors = allowed.of_first(n)
+    errors = at(allowed.errors, allowed.bins[:n])
     n_points = jax.tree.leaves(errors)[0].shape[2]
     together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)
     # (T, n * n_points, ...)

@@ -170,7 +170,9 @@ class Pair(NamedTuple):
             polygons = self.vertices[..., None] + self.signs[..., None] * errors.half[:, 0].T[None]
             gap, w = segment.separation(path[:-1].T, path[1:].T, polygons, self.radius)
             return gap, w.T
-        near, allowed = self._own(path, errors)
+        # of the points of this pair, (t, i, n_p) and (t, i)
+        near = by_point(path, path.shape[-1] // self.vertices.shape[-1])[:, self.points]
+        allowed = at(errors, np.s_[:, self.points])
         ends = None if until is None else (self.active, until)
         return distance.separations(near[:-1], near[1:], allowed, self.vertices, self.radius, ends)
 
@@ -182,11 +184,6 @@ class Pair(NamedTuple):
     def support(self, w: Vector):
         """Of the obstacle and the part's shape together along a direction w, a unit vector."""
         return most(dot(self.vertices, w[None])) + self.radius
-
-    def _own(self, path: Path, errors: ErrorSet):
-        """Places (t, i, n_p) and errors (t, i) of the points of this pair."""
-        places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
-        return places[:, self.points], at(errors, np.s_[:, self.points])
 
 
 _gap_on_host = jax.jit(lambda pairs, o, *of: pairs.only(o).gap(*of))
