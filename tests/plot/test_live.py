@@ -1,6 +1,8 @@
 """What is dragged, and the plans that follow: without a browser, but for the last tests."""
 
+import threading
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import jax
 import numpy as np
@@ -259,7 +261,9 @@ def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_whil
             answers.append(alone.settle()[0])
 
     assert compiled_by(slide) == 0
-    assert all(answer.status.found for answer in answers)
+    for answer in answers:  # of the scene as it is drawn more plans are safe
+        assert answer.status.found
+        assert "are safe for all that is uncertain, confidence" in about_set(answer)[0]
     for name, problem, plans in seen:
         p0, k = np.split(plans, [2], axis=1)
         assert len(plans) >= 16 and problem_of_text(alone.toml(), "scene.toml").uncertainty
@@ -366,6 +370,53 @@ def test_the_shell_opens_the_scene_of_a_system_at_a_pose(monkeypatch):
 def test_what_is_no_answer_is_refused():
     with pytest.raises(InputError, match="expected an answer, or a model and a problem"):
         live(line_model())
+
+
+class Told:
+    """A line beside the scene, and that one has changed."""
+
+    changed = threading.Event()
+    text = ""
+
+    @property
+    def content(self) -> str:
+        return self.text
+
+    @content.setter
+    def content(self, text: str) -> None:
+        self.text = text
+        self.changed.set()
+
+
+def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog):
+    """The last ones, of what had been safe before, stood there until the page was closed."""
+    server, model = MagicMock(), line_model(e=0.01, half=2.5)
+    server.gui.add_markdown.side_effect = [Told(), Told()]
+    server.gui.add_checkbox.return_value.value = False
+    viser = MagicMock(ViserServer=lambda *_, **__: server)
+    monkeypatch.setattr(live_page, "package", lambda *_: viser)
+    page = live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START), wait=False)
+
+    def until(words: str) -> str:
+        while words not in page.told:
+            assert Told.changed.wait(60.0)
+            Told.changed.clear()
+        return page.told
+
+    assert "safe plans" in until("measured in")
+    for broken in ("settle", "draw"):
+        with monkeypatch.context() as patched:
+            patched.setattr(page.live, broken, lambda *_: np.zeros(2) @ np.zeros(3))
+            server.scene.remove_by_name.reset_mock()
+            page.move("obstacle 0", [0.6, -0.7])
+            told = until("could not draw or measure this: ValueError")
+            assert told.startswith("**") and told.endswith("**\n") and told.count("\n") == 1
+        page.move("obstacle 0", [0.7, -0.7])
+        assert "safe plans" in until("measured in")
+        gone = {call.args[0] for call in server.scene.remove_by_name.call_args_list}
+        assert {"/plans/way", "/plans/swept", "/body/swept"} <= gone
+    page.stop()
+    assert caplog.text.count("could not draw or measure this") == 2 and "matmul" in caplog.text
 
 
 def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
