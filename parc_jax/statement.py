@@ -255,7 +255,7 @@ def summary(answer, drawn: str) -> str:
     elif answer.absence is not None:
         lines.append(answer.absence.details())
     if not claim.tube.claimed.all():
-        none = f"{claim.premises['open bins']} bins of {claim.law.box} have no claim"
+        none = f"{claim.premises['open bins']} bins of K have no claim"
         lines.append(f"{none}: no plan there can be shown safe.")
     more = [
         about_obstacles(asked.problem, answer.model.time),

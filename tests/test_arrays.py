@@ -73,3 +73,13 @@ def test_rows_that_are_kept_are_kept_once(n):
     row, found = map_rows(4, kernel, x, only=lambda found: found[0] != 2)
     np.testing.assert_array_equal(row, x[x != 2])
     np.testing.assert_array_equal(found, 10.0 * x[x != 2])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [True, [True, False], ([False],), np.ones(2, bool), 1j, jax.random.key(0), [[1], [1, 2]]],
+)
+def test_what_is_no_number_is_refused_in_our_words(wrong):
+    """As NumPy reads them True is 1; and a key of JAX has a type, but no kind of numbers."""
+    with pytest.raises(InputError, match="side: expected numbers of shape"):
+        as_float64("side", wrong, (None,))

@@ -90,20 +90,22 @@ def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
 UNITS = (
     "X-mm|x.mm|x/mm|x;mm|x_Mm|xMM|xmm|posXMm|x1Mm|mm x|x in|x (in)|x in inches|inches_x|x_feet|"
     "x foot|x_millimeters|x centimetre|x_um|x µm|x_dm|x_cells|x°|x %|pixel_x|screenX|grid_x|u_x|"
-    "x mm raw|x (m/s)|x(m/s)|x m/s|x_m_s|x_mps|x_kmh|x (deg)|x (mm)|x m/s2"
+    "x mm raw|x (m/s)|x(m/s)|x m/s|x_m_s|x_mps|x_kmh|x (deg)|x (mm)|x m/s2|x_kilometres"
 )
 SAID = (
     "odom.vel.x|xVel|velx|twist.linear.x|x_dot|xdot|x_rate|force_x|gyro_x|angular.x|err_x|cmd_x|x_std|"
     "cov_x|x_goal|target_x|x_ref|x_rad|orientation.x|omega_x|q_x|rot_x|torque_x|jerk_x|x_sigma|"
     "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|x velocity [m]|t|"
-    "Rev A x|ego v x|lidar_grid_x"
+    "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_lower|x_upper|x_ddot|"
+    "qvel_0|nsecs|magnetic_field.x|vx|qz|yaw [m]"
 )
 FINE = (
     "x|X|posX|robotX|xM|xm|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
     "tx|base_link_x|front left x|left foot x|foot in map x|east|northing|x1|index finger x [m]|px|"
     "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|reference x|utm_x|lateral error [m]|"
     "cross track err [m]|target x [m]|x ref [m]|goal frame x [m]|"
-    "s [m]|t [m]|q [m]|target x (m)|left(m)"
+    "s [m]|t [m]|q [m]|target x (m)|left(m)|upper arm x|delta x [m]|x min [m]|yaw bearing x [m]|"
+    "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|current_x|qpos[0]"
 )
 DEGREES = (
     "headingDeg|yawDegrees|deg heading|headingdeg|heading in degree|Heading Degs|yaw°|theta/deg"
@@ -117,10 +119,11 @@ DEGREES = (
         (
             "rad",
             f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]|heading_mrad|gon|"
-            "heading (deg)|yaw rad/s|heading error|heading rate [rad]",
+            "heading (deg)|yaw rad/s|heading error|heading rate [rad]|heading_turns|delta_yaw|"
+            "yaw_max|pose.orientation.z|transform.rotation.w|q_z|yaw_index",
             "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle|q0|"
-            "q|q_0|rot|heading (rad)|"
-            "heading error [rad]|target heading [rad]",
+            "q|q_0|rot|heading (rad)|heading error [rad]|target heading [rad]|rot_z|theta_z|"
+            "delta [rad]|orientation z [rad]",
         ),
     ],
 )

@@ -54,14 +54,20 @@ def test_a_notebook_is_small_shows_what_came_of_it_and_compiles(path):
 
 
 @pytest.mark.parametrize("path", BOOKS, ids=lambda p: p.stem)
-def test_what_a_notebook_imports_is_there(path):
-    """Fast, so that a renamed function is noticed before the long test runs."""
+def test_what_a_notebook_names_is_there(path):
+    """Fast, so that a function that was renamed or left is noticed before the long test runs."""
     tree = ast.parse(
         "\n".join(line for source in code(path) for line in source.splitlines() if line[:1] != "%")
     )
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
     assert len(imports) >= 4
-    exec(compile(ast.Module(imports, []), str(path), "exec"), {})
+    there = {}
+    exec(compile(ast.Module(imports, []), str(path), "exec"), there)
+    named = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    of_imports = {name for name in named if name.partition(".")[0] in there and "(" not in name}
+    assert len(of_imports) >= 10
+    for name in of_imports:
+        eval(name, there)
 
 
 @pytest.mark.night

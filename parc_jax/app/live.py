@@ -18,9 +18,12 @@ from parc_jax.answer.why import SMALL, Why, why_of
 from parc_jax.app.plot import shapes
 from parc_jax.common.arrays import slices
 from parc_jax.common.errors import InputError
+from parc_jax.common.said import without_braces
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import convex_hull
+from parc_jax.common.spelling import listed
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
 from parc_jax.method import Exact
@@ -30,7 +33,6 @@ from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.problem.problem_file import problem_text
 from parc_jax.problem.robust.nominal import around_box, query
 from parc_jax.problem.uncertainty import Uncertainty
-from parc_jax.problem.world.outlines import Edge
 from parc_jax.safe_set.batch.estimate import all_around
 from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
@@ -50,17 +52,18 @@ PIECES = 12  # of a plan, in each of which the swept body is drawn as one convex
 
 
 class Grip(NamedTuple):
-    """What is dragged: its set as told (None: a pose), its middle (n_p,), place and turn now."""
+    """What is dragged: set as told (None: a pose), middle (n_p,), place, turn, what it rests on."""
 
     whole: HPolytope | None
     middle: np.ndarray
     place: np.ndarray
     turn: np.ndarray
+    rests_on: str = ""
 
     @property
     def free(self) -> bool:
-        """Whether it can be dragged; an edge of free space cannot, as all of them are one."""
-        return not isinstance(self.whole, Edge)
+        """Whether it can be dragged: not an edge of free space, nor what others promise to be."""
+        return not self.rests_on  # said of the place as told, not of another one
 
     def moved(self, n_points: int = 1, heading: int | None = None) -> HPolytope:
         """The set where it is now; of a goal all points' blocks, and its heading with them."""
@@ -103,16 +106,16 @@ class Live:
         eye, n_p = np.eye(model.n_p), model.n_p
         lo, hi = (side[:n_p] for side in goal_box(problem.goal, model.layout))
         self.most_off = MOST_OFF * float((hi - lo).min())
-        middles = {"goal": (lo + hi) / 2}
-        sets: dict[str, HPolytope | None] = {"goal": problem.goal}
+        self.grips = {"goal": Grip(problem.goal, (lo + hi) / 2, (lo + hi) / 2, eye)}
         parts = [(f"obstacle {j}", o) for j, o in enumerate(problem.obstacles)]
         if at is None and problem.start is not None:
             parts.append(("start", problem.start))
-        for name, part in parts:
+        for (name, part), span in itertools.zip_longest(parts, problem.all_spans):
             corners = shapes.corners_of(part)
-            sets[name], middles[name] = part, (corners.min(axis=0) + corners.max(axis=0)) / 2
+            m = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            rests_on = getattr(part, "rests_on", "") or getattr(span, "rests_on", "")
+            self.grips[name] = Grip(part, m, m, eye, without_braces(rests_on))
         self._rng = np.random.default_rng(seed)
-        self.grips = {name: Grip(sets[name], m, m, eye) for name, m in middles.items()}
         if at is not None:
             at = np.asarray(at, float)
             self._heading = float(at[n_p]) if len(at) > n_p else 0.0
@@ -137,7 +140,7 @@ class Live:
         if own is None:
             raise InputError(f"move: expected one of {', '.join(self.grips)}; got {name!r:.60}.")
         if not own.free:
-            raise InputError(f"move: expected no edge of free space; {name} is one. Drag another.")
+            raise InputError(f"move: expected a free grip, another than {name}: {own.rests_on}")
         turn = own.turn if turn is None else _turn(turn, len(own.place))
         self.grips[name] = own._replace(place=np.asarray(place, float), turn=turn)
 
@@ -184,11 +187,11 @@ class Live:
         lo, hi = np.clip(self.k[:, axes], scene.k_lo, scene.k_hi)
         return scene.replace(k_lo=lo, k_hi=hi)
 
-    def draw(self) -> Drawn:
+    def draw(self, scene: Scene | None = None) -> Drawn:
         """Safe plans, each verified in float64: those of before where they still are, others near
-        them, and new ones. Raises InputError.
+        them, and new ones. scene: by default as it was dragged. Raises InputError.
         """
-        begin, scene = time.perf_counter(), self.scene()
+        begin, scene = time.perf_counter(), scene or self.scene()
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
         fresh = self._rng.uniform(0, 1, (PROPOSED, model.n_k + model.n_p))
@@ -218,12 +221,22 @@ class Live:
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)
             if why.missing > 0:
-                return None, why
+                first = self._too_narrow(drawn.scene)
+                return None, replace(why, sentences=(*first, *why.sentences))
             plan = np.split(why.plan, [self.model.n_p])
             asked = SOON.replace(method=Exact(around=(plan[0], plan[1])))
         answer = Prepared(drawn.scene).solve(self._key, asked)
         few = answer.share is None or answer.share.share < SMALL
         return answer, (why or answer.why()) if few else None
+
+    def _too_narrow(self, scene: Scene) -> list[str]:
+        """Which sliders of k leave no plan, where wider ones do: a sentence, or none."""
+        model, whole = scene.model, scene.model.domain
+        k = self.draw(scene.replace(k_lo=whole.lo, k_hi=whole.hi)).plans[:, model.n_p :]
+        off = (k < scene.k_lo) | (k > scene.k_hi)
+        fewest = min(off, key=np.sum, default=off.any(axis=0))
+        names = [name_of(model.labels.k[i]) for i in np.flatnonzero(fewest)]
+        return [f"What would help first: wider sliders of {listed(names)}."] if names else []
 
     def warm_up(self) -> None:
         """Compile what a release needs, for turned obstacles too, which may have more sides."""
@@ -322,9 +335,13 @@ def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait
     `run()` waits and `stop()` ends it. Needs the extra `live`. Raises InputError.
     """
     if isinstance(source, Answer):
-        asked = source.scene.nominal
-        of, pose = asked.query or asked, asked.pose
-        problem, source = of.problem, of.model
+        asked = source.scene.nominal.query
+        if asked is None:  # its scene is turned and grown already, and would be once more
+            raise InputError(
+                "live: expected an answer that knows its question; a file in the robot's frame, or "
+                "under an uncertainty, does not. Give the model and the problem, with its `at`."
+            )
+        problem, source, pose = asked.problem, asked.model, asked.pose
         if pose is not None and at is None:
             at = [*pose.place, *([] if pose.heading is None else [pose.heading])]
     if not isinstance(source, TrajectoryModel) or not isinstance(problem, Problem):

@@ -1,6 +1,7 @@
 """The page of `live`, drawn by viser: one scene for all browsers, on this machine alone."""
 
 import json
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -16,9 +17,11 @@ from parc_jax.common.on_use import package
 from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
+from parc_jax.learning.systems.user_code import said
 from parc_jax.problem.problem import goal_box
 from parc_jax.statement import about_coverage, all_plans, set_of
 
+_log = logging.getLogger(__name__)
 LOCAL = "127.0.0.1"
 RATE = 25.0  # [1/s] pictures of a plan that is played
 REST = 0.2  # [s] after which a slider is taken to rest
@@ -128,10 +131,8 @@ class Page:
         self.server.initial_camera.position = tuple(middle + away * self.size)
         self.server.initial_camera.look_at = tuple(middle)
         cell = 10.0 ** np.floor(np.log10(self.size / 2))
-        side = 4 * self.size
-        scene.add_grid(
-            "/grid", side, side, cell_size=cell, section_size=10 * cell, position=tuple(middle)
-        )
+        sizes = {"cell_size": cell, "section_size": 10 * cell}
+        scene.add_grid("/grid", 4 * self.size, 4 * self.size, position=tuple(middle), **sizes)
 
     def _grip(self, name: str, grip: Grip) -> None:
         n_p = self.live.model.n_p
@@ -147,15 +148,8 @@ class Page:
         colour = COLOURS.get(name, OBSTACLE)
         for corners in self._solids(name, grip):
             mesh = shapes.triangles(corners).reshape(-1, 3)
-            self.server.scene.add_mesh_simple(
-                f"/{name}/solid",
-                mesh,
-                np.arange(len(mesh)).reshape(-1, 3),
-                color=colour,
-                opacity=None if colour == OBSTACLE else 0.35,
-                flat_shading=True,
-                side="double",
-            )
+            faces, opacity = np.arange(len(mesh)).reshape(-1, 3), 0.35 * (colour != OBSTACLE)
+            self._mesh(f"/{name}/solid", mesh, faces, colour, opacity or None, flat_shading=True)
 
         async def dragged(event) -> None:  # in the order of the mouse, which threads would not keep
             turn = self._rotation(handle.wxyz).as_matrix()[:n_p, :n_p]
@@ -199,8 +193,11 @@ class Page:
                     grid, best = self.live.model.time, self._drawn.plans[:1]
                     now = int(time.perf_counter() % (grid.t_f + 0.5) / grid.dt)
                     self._show("body", best, BEST, 0.9, at=[min(now, grid.n_steps)])
-            except InputError as error:
-                self._told.content, self._set.content = f"**{error}**", ""
+            except Exception as error:  # no sentence stays of what is there no more
+                known = isinstance(error, InputError)
+                told = str(error) if known else f"could not draw or measure this: {said(error)}"
+                _log.log(logging.DEBUG if known else logging.ERROR, "live: %s", told, exc_info=True)
+                self._set.content, self._told.content, self._drawn = "", f"**{told}**", None
                 self._clear("plans", "best", "set", "body")
 
     def _draw(self) -> None:
@@ -239,37 +236,29 @@ class Page:
         lines = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 2, 3) + 1.1 * lift
         with self.server.atomic():
             if opacity:
-                self.server.scene.add_mesh_simple(
-                    f"/{name}/swept",
-                    np.float32(corners + lift),
-                    faces,
-                    color=colour,
-                    opacity=opacity,
-                    side="double",
-                    cast_shadow=False,
-                    receive_shadow=False,
-                )
+                lit = {"cast_shadow": False, "receive_shadow": False}
+                self._mesh(f"/{name}/swept", corners + lift, faces, colour, opacity, **lit)
             if "at" not in how:
-                self.server.scene.add_line_segments(
-                    f"/{name}/way",
-                    np.float32(lines),
-                    np.uint8(colour),
-                    thickness=1.5,
-                    thickness_units="screen",
-                )
+                data, thin = (np.float32(lines), np.uint8(colour)), {"thickness_units": "screen"}
+                self.server.scene.add_line_segments(f"/{name}/way", *data, thickness=1.5, **thin)
+
+    def _mesh(self, name: str, corners: np.ndarray, faces: np.ndarray, colour, opacity, **look):
+        look |= {"color": colour, "opacity": opacity, "side": "double"}
+        self.server.scene.add_mesh_simple(name, np.float32(corners), faces, **look)
 
 
 def about_set(answer: Answer) -> list[str]:
     """What is measured of a set, of which k, how surely, and under which tube."""
     claim, share, lines, scene = answer.model.claim, answer.share, [], answer.scene
-    domain = scene.model.domain
+    domain, robust = scene.model.domain, scene.nominal.uncertainty is not None
     whole = (scene.k_lo == domain.lo).all() and (scene.k_hi == domain.hi).all()
     of = all_plans(scene.at is not None, claim.law.box if whole else "the sliders' part of K")
     if share is not None:
         around = "" if answer.cover.within is None else " around the first found"
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
         sure = f"confidence {rounded_down(str(share.confidence), 10)}"
-        lines.append(f"**{least} to {most} %** of {of}{around}, are safe, {sure}")
+        doubt = " for all that is uncertain" * robust
+        lines.append(f"**{least} to {most} %** of {of}{around}, are safe{doubt}, {sure}")
     corridors = counted(len(answer.corridors), "corridor")
     lines.append(f"{corridors}: {about_coverage(answer.coverage, set_of(answer, 'the safe ones'))}")
     return [*lines, f"the tube is {in_short(claim)}"]

@@ -62,10 +62,8 @@ def real(value):
     """
     listed = isinstance(value, bool | list | tuple)
     kind = getattr(getattr(np.asarray(value) if listed else value, "dtype", None), "kind", "")
-    if kind == "b":
-        raise TypeError("True and False are no numbers")
-    if kind == "c":
-        raise TypeError("complex numbers")
+    if kind in ("b", "c"):
+        raise TypeError("complex numbers" if kind == "c" else "True and False are no numbers")
     if np.ma.is_masked(value):
         raise TypeError("masked numbers")
     return value

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from parc_jax.common.arrays import as_float64, at_least
 from parc_jax.common.errors import InputError, SoundnessError, check_kind, reading
 from parc_jax.common.on_use import package
-from parc_jax.common.premises import assumptions, text_of
+from parc_jax.common.premises import assumptions
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes, listed_candidates
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.episode_file import save_episode
@@ -81,11 +81,12 @@ class Shield(gymnasium.Wrapper):
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
     `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
-    to, else empty; `left`, True where the pose is outside of the tube of the manoeuvre under way,
-    False where it was not until another took over, once for each, else None; `left_at_end`, the
-    same where the episode ends, after a whole `every`, None with a `reason` if its pose is not
-    sensed; `followed`, `followed_at_end`, the share of its time that either is about, which
-    `Monitor.bet` takes too. `commitments`: of this episode. Raises InputError for arguments that do
+    to, else empty. What there is nothing to say of is not in it, as vector environments want it:
+    `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
+    was not until another took over, once for each; `left_at_end`, the same where the episode ends,
+    after a whole `every`, not there, with a `reason`, if its pose is not sensed; `followed`,
+    `followed_at_end`, the share of its time that either is about, which `Monitor.bet` takes too.
+    `commitments`: of this episode. Raises InputError for arguments that do
     not belong together, and in `reset` where no stop is certified. An action that is none, or
     cannot be asked for or driven, and sensing that fails or leads out of the tube, end in the stop
     under way, with a sentence.
@@ -129,7 +130,7 @@ class Shield(gymnasium.Wrapper):
         self._metric = self._euclidean if metric is None else metric
         for call in (sense, ask, act, self._metric):
             check_kind("Shield: sense, ask, act and metric", call, Callable)
-        told = assumptions("Shield", assumed)
+        assumptions("Shield", assumed)  # raises InputError
         n = len(self._chosen)
         rest = as_float64("rest", np.zeros(n) if rest is None else rest, (n,))
         if candidates is None:
@@ -153,7 +154,6 @@ class Shield(gymnasium.Wrapper):
             effort=PATIENT if effort is None else effort,
         )
         self._assumed = dict(assumed or {})
-        self._told = tuple(f"{name}: {text_of(value)}" for name, _, value in told)
         self.every, self.room = every, at_least("room", room)
         self.commitments: list[Commitment] = []
         self._observation: Any = None
@@ -190,8 +190,7 @@ class Shield(gymnasium.Wrapper):
         self.commitments.append(step.committed)
         self._steps, self._observation = 0, deepcopy(observation)
         self._remember(seen)
-        nothing = dict.fromkeys("proposed driven left followed left_at_end followed_at_end".split())
-        return {"shield": nothing | {"changed": False, "reason": ""} | self._about(step.committed)}
+        return {"shield": {"changed": False, "reason": ""} | self._about(step.committed)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict]:
         """Drive the nearest certified manoeuvre for one step of the environment."""
@@ -220,13 +219,14 @@ class Shield(gymnasium.Wrapper):
         about = {"proposed": proposed, "driven": driven, "changed": changed, "reason": why}
         about |= {"left": left, "left_at_end": at_end, "followed": followed}
         about |= {"followed_at_end": self._followed(now + self.every)} | self._about(one)
+        about = {name: value for name, value in about.items() if value is not None}
         return observation, reward, terminated, truncated, info | {"shield": about}
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
         """Write the episode since the last reset or restart, which `parc-jax check` verifies: every
         commitment, and that each began where the one before may have been left. meta: unchecked.
         """
-        return save_episode(path, self.commitments, meta, assumed=self._assumed)
+        return save_episode(path, self.commitments, meta)
 
     def _step_of(self, action: Any, now: float) -> tuple[Step, bool]:
         """The decision of a step, and whether it is another than was proposed."""
@@ -300,7 +300,7 @@ class Shield(gymnasium.Wrapper):
         finally:
             self.loop.candidates = self._rows  # no part of what the shield is made from
         if step.committed is not None:
-            step.committed.episode.assumed = self._told
+            step.committed.episode.assumed = self._assumed
         return step
 
     def _sensed(self, observation: Any) -> Sensed:

@@ -11,17 +11,16 @@ from parc_jax.common.errors import InputError, is_text
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
 # told in another unit, or of else than where a robot is, where no unit is behind the name
-UNLESS_UNIT = {*"mm cm dm km um µm μm nm ft feet inch yd yard mile mil px pixel deg".split()}
-UNLESS_UNIT |= {*"degree ° % ms mps kmh kph mph knot rev cell grid screen image norm".split()}
-UNLESS_UNIT |= {*"linear angular twist u v q omega force torque jerk momentum gyro bias".split()}
-UNLESS_UNIT |= {*"radps mrad gon err error goal target cmd command des desired setpoint".split()}
-UNLESS_UNIT |= {*"ref waypoint planned predicted obstacle".split()}
-UNLESS_UNIT |= {f"{x}met{y}" for x in "micro milli centi deci kilo".split() for y in ("er", "re")}
-LAST = {"in", "foot"}  # units as the last word: no `heading in rad`, `left foot x`
-ANGLES = {*HEADINGS, *"angle ang pitch roll orientation rotation rot rad radian".split()}
-NO_PLACE = {*"t time stamp timestamp sec index latitude longitude lat lon speed velocity".split()}
-NO_PLACE |= {*"vel vx vy vz acc accel acceleration dot rate qw qx qy qz quaternion std var".split()}
-NO_PLACE |= {*"variance sigma rmse cov covariance".split()}
+UNLESS_UNIT = """mm cm dm km um µm μm nm micrometer millimeter centimeter decimeter kilometer ft
+    feet inch yd yard mile mil px pixel deg degree ° % ms mps kmh kph mph knot rev turns radps mrad
+    gon cell grid screen image norm linear angular twist u v q qw qvel omega force torque jerk
+    momentum gyro magnetic wind bias err error delta min max limit goal target cmd command des
+    desired setpoint ref waypoint planned predicted obstacle t index ddot nsec nanosec""".split()
+LAST = "in foot lower upper".split()  # as the last word: no `heading in rad`, `left foot x`
+# no places, unless an axis and a unit are told: `index finger x [m]`
+ANGLES = [*HEADINGS, *"angle ang pitch roll orientation rotation rot rad radian index".split()]
+NO_PLACE = """time stamp timestamp sec latitude longitude lat lon speed velocity vel acc accel
+    acceleration dot rate quaternion std var variance sigma rmse cov covariance""".split()
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
@@ -30,9 +29,9 @@ _GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
 # words that are glued to a name, as in `xmm`, are parted from it; round brackets hold a unit only
 # where they hold a known one
 _NAME = "|".join((_GLUED.pattern, *HEADINGS))
-_TOLD = "|".join(sorted(UNLESS_UNIT | LAST | ANGLES | NO_PLACE))
-_JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|met(?:er|re))(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
-_UNIT = re.compile(r"(.*) \[(.*)\]|(.+?) ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/(?:s2?|h))?)\)")
+_TOLD = "|".join(UNLESS_UNIT + LAST + ANGLES + NO_PLACE)
+_JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|meter)(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
+_UNIT = re.compile(r"(.+?)(?: \[([^[]*)\]| ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/s2?|/h)?)\))")
 PARTS = ("p", "q", "k")
 
 
@@ -103,19 +102,19 @@ def labels_of(system) -> Labels:
 
 def name_of(label: str) -> str:
     """The label without its unit."""
-    return (found[1] or found[3] or "") if (found := _UNIT.fullmatch(label)) else label
+    return found[1] if (found := _UNIT.fullmatch(label)) else label
 
 
 def unit_of(label: str) -> str:
     """The unit in the label's brackets, or nothing, as for other words in round ones."""
-    return (found[2] or found[4] or "") if (found := _UNIT.fullmatch(label)) else ""
+    return (found[2] or found[3] or "") if (found := _UNIT.fullmatch(label)) else ""
 
 
 def words_in(label: str) -> list[str]:
     """The words of its name, in lower case, units in the singular: two of `xPos`, `x_mm`, `xmm`."""
     name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|_", " ", name_of(label)).lower()
     name = re.sub(r"\b(m|rad)\W+s2?\b", r"\1ps", name)  # `x m/s`
-    return re.findall(r"[^\W_]+|[°%]", _JOINED.sub(r"\1 \3\4 \5", name))
+    return re.findall(r"[^\W_]+|[°%]", _JOINED.sub(r"\1 \3\4 \5", name.replace("metre", "meter")))
 
 
 def axes_in(label: str) -> set[str]:
@@ -140,12 +139,13 @@ def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]
 
 def require_unit(label: str, unit: str) -> None:
     """Raises InputError for a label of another unit, or of no place [m] or heading [rad]."""
-    words, own = words_in(label), unit_of(label)
-    no = NO_PLACE | (ANGLES if unit == "m" else set())
-    if own or unit == "rad" or axes_in(label):  # `x_t`, `index finger x [m]`, but no `x_index`
-        no = no - {"t", *["index", "angle"] * bool(own and (unit == "rad" or axes_in(label)))}
+    words, own, axes, turns = words_in(label), unit_of(label), axes_in(label), unit == "rad"
+    no = {*NO_PLACE, *ANGLES * (not (turns or (own and axes)))}
     if not own and words != ["px"]:  # `px` of `px, py`
-        no = no | (UNLESS_UNIT - {*"q" * (unit == "rad")}) | LAST.intersection(words[-1:])
+        no |= {*UNLESS_UNIT, *({*LAST} & {*words[-1:]})}
+        no -= {*"t" * bool(turns or axes), *"q" * turns}  # `x_t`
+        if turns and {*words} & {*"xyzw"}:
+            no |= {"q", "orientation", "rotation"}  # of quaternions
     if told := [own] * (own not in ("", unit)) or [word for word in words if word in no]:
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

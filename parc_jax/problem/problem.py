@@ -31,20 +31,22 @@ class Span(tuple):
     of: the commitment whose places the obstacle has; of an answer's file only the name of its loop.
     Each of these None where it is not stated.
     said: what it rests on, a sentence, whose numbers may stand in braces, as "within {0.5} m/s":
-    of many that differ in these alone one is told. more: another one goes on where it ends.
+    of many that differ in these alone one is told. mover: names whose places these are, of one that
+    is told of in several parts: it goes on where a part ends and another of its name begins.
     """
 
     dt: float | None
     at: float | None
     of: Any
     said: str
-    more: bool
+    mover: str
 
-    def __new__(cls, pair, dt=None, at=None, of: Any = None, said: str = "", more: bool = False):
-        for name, text in (("said", said), ("of", of if isinstance(of, str) else "")):
+    def __new__(cls, pair, dt=None, at=None, of: Any = None, said: str = "", mover: str = ""):
+        texts = {"said": said, "mover": mover, "of": of if isinstance(of, str) else ""}
+        for name, text in texts.items():
             check_text(f"span: {name}", text)
         self = super().__new__(cls, pair)
-        self.dt, self.at, self.of, self.said, self.more = dt, at, of, said, bool(more)
+        self.dt, self.at, self.of, self.said, self.mover = dt, at, of, said, mover
         return self
 
     @property

@@ -43,7 +43,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
         without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
-        steps = [first, last], the intervals in which it exists; dt, at, said, more: as of `Span`.
+        steps = [first, last], the intervals in which it exists; dt, at, said, mover: as of `Span`.
         edge = "... 0.1", the region of a `FreeSpace` in which the robot begins, as hexadecimal WKB,
         and its width [m], if any.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
@@ -150,7 +150,7 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    further = ("steps", "dt", "at", "said", "more", "uncertainty", "edge")
+    further = ("steps", "dt", "at", "said", "mover", "uncertainty", "edge")
     sets = [grown_set_of(f"obstacle {i}", part, further) for i, part in enumerate(obstacles)]
     sets = [edge_of(one, part.get("edge")) for one, part in zip(sets, obstacles, strict=True)]
     body = _body(data["body"])
@@ -173,11 +173,9 @@ def _span(name: str, part: dict) -> Span | None:
         float(numbers_of(f"{name} {word}", part[word], 0)) if word in part else None
         for word in ("dt", "at")
     )
-    pair, said, more = part["steps"], part.get("said", ""), part.get("more", False)
-    if not (isinstance(said, str) and isinstance(more, bool)):
-        got = f"{said!r:.40} and {more!r:.40}"
-        raise InputError(f"{name}: expected said as text, more as true or false; got {got}.")
-    return Span(pair if isinstance(pair, list) else (pair,), dt, at, said=said, more=more)
+    pair, texts = part["steps"], {x: part[x] for x in ("said", "mover") if x in part}
+    with naming(name):
+        return Span(pair if isinstance(pair, list) else (pair,), dt, at, **texts)
 
 
 def _goal(part, points: Sequence[str] | None) -> HPolytope:

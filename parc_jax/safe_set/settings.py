@@ -41,7 +41,7 @@ class Settings(Options):
     target: float = 0.01
     """Largest share of the model's safe set the corridors may leave out, unless work ends first."""
     confidence: float = 0.99
-    """Confidence in that."""
+    """Confidence in that, at least 0.5."""
     work: float = 1.0
     """The most that is done, as a multiple of the standard: 60 looks at fresh draws, 4,096
     corridors tried, and 1,000 boxes for a proof where no plan is found. It is counted, so the same
@@ -60,9 +60,10 @@ class Settings(Options):
         for name in ("target", "confidence", "work", "budget_s"):
             with reading(f"settings: {name}", "a number"):
                 math.fabs(getattr(self, name))
-        if not 0 < self.target < 1 or not 0 < self.confidence < 1:
+        # with less confidence than 0.5, the bound would lie above the estimate
+        if not 0 < self.target < 1 or not 0.5 <= self.confidence < 1:
             raise InputError(
-                "settings: expected target and confidence between 0 and 1; got "
+                "settings: expected 0 < target < 1 and 0.5 <= confidence < 1; got "
                 f"{self.target}, {self.confidence}."
             )
         check_count("settings: samples", self.samples, 1, "100")

@@ -114,24 +114,32 @@ class Together:
     _done: dict = field(default_factory=dict)
 
     def __call__(self, world_seed: int, seed) -> pj.drive.Outcome:
-        if tuple(seed) not in self._done:
-            words = np.array(self.words)
-            first = next(i for i in count() if tuple(task_of(words, i).of_drive) == tuple(seed))
-            tasks = [task_of(words, i) for i in range(first, first + self.batch)]
-            dealt = [tasks[i :: self.jobs] for i in range(self.jobs)]
-            each = map if self.jobs == 1 else processes(self.jobs).map
-            found = each(replace(self, _done={}).driven, dealt)
-            for some, outcomes in zip(dealt, found, strict=True):
-                self._done.update(zip((tuple(x.of_drive) for x in some), outcomes, strict=True))
-        one = self._done.pop(tuple(seed))
+        asked = world_seed, *seed
+        if asked not in self._done:
+            self._drive_with(*asked)
+        if asked not in self._done:  # a world again, by the seed of another
+            (self._done[asked],) = self.drive([world_seed], [seed])
+        one = self._done.pop(asked)
         if one is None:
             raise RuntimeError("expected a certified stop where the world begins")
         return one
 
-    def driven(self, tasks: Sequence[OfEpisode]) -> list[pj.drive.Outcome | None]:
-        """Of each of some episodes."""
+    def _drive_with(self, world_seed: int, *seed: int) -> None:
+        """Drives the episodes from the one of this drive's seed on, each once."""
+        words = np.array(self.words)
+        first = next(i for i in count() if tuple(task_of(words, i).of_drive) == seed)
+        tasks = [task_of(words, i) for i in range(first, first + self.batch)]
+        if self.law(tasks[0].of_world) == world_seed:
+            dealt = [tasks[i :: self.jobs] for i in range(self.jobs)]
+            each = map if self.jobs == 1 else processes(self.jobs).map
+            for some in each(replace(self, _done={}).driven, dealt):
+                self._done.update(some)
+
+    def driven(self, tasks: Sequence[OfEpisode]) -> dict[tuple, pj.drive.Outcome | None]:
+        """What came of some episodes, by the seeds of world and drive."""
         worlds, own = zip(*((self.law(one.of_world), one.of_drive) for one in tasks), strict=True)
-        return self.drive(worlds, own)
+        names = [(world, *seed) for world, seed in zip(worlds, own, strict=True)]
+        return dict(zip(names, self.drive(worlds, own), strict=True))
 
     def drive(self, world_seeds: Sequence[int], seeds: Sequence) -> list[pj.drive.Outcome | None]:
         """Of one episode for each pair of seeds; None where no stop is certified at its start."""
@@ -246,8 +254,7 @@ def committed(
     asked = Scenes(model, disc, None, pj.Uncertainty()).scene(pose_of(pose, model), ()).nominal
     begins = [Fraction(every) * t for t, _ in begun]
     lasts, episode = Fraction(model.time.dt) * model.time.n_steps, Begun()
-    assumed = module.door().get("assumed", {})
-    episode.assumed = tuple(f"{name}: {value}" for name, value in assumed.items())
+    episode.assumed = module.door().get("assumed", {})
     told = {"episode": episode, "given": model.given}
     episode += [
         Commitment(i, begin, begin + lasts, k, 0.0, 0, asked, **told)

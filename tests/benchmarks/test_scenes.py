@@ -86,9 +86,7 @@ def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
     for i, number in enumerate(parts.cell_of(k, bins)):
         cell = parts.cells[number]
         sets = [
-            avoid_set(cell, grown.at(int(bins[i]), t, j), t, None)
-            for t in range(T)
-            for j in range(2)
+            avoid_set(cell, grown.at(int(bins[i]), t, j), t) for t in range(T) for j in range(2)
         ]
         by_lp = all(membership(one, p0[i]).status is LPStatus.INFEASIBLE for one in sets)
         assert by_lp == ours[i]

@@ -202,3 +202,16 @@ def test_a_system_that_measures_something_else_is_another_one():
     other = type("Other", (Cart,), {"given": ("v",)})()
     with pytest.raises(InputError, match="given is 0, beside 1"):
         require_same(other, cart_model())
+
+
+@pytest.mark.slow
+def test_a_box_of_k_around_a_plan_is_drawn_from_by_nobody(claim):
+    """Neither under the tube over K nor under a local one: its v0 is what it is."""
+    free = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}))
+    planner = pj.Planner(pj.learning.trajectory_model(settled_network(), claim))
+    plan = planner.solve(free, KEY, pj.Settings(samples=3, target=0.3)).choose()
+    small = pj.drive.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60, hidden=())
+    near = plan.localise(Cart(), KEY, small).near
+    assert near.proved is not None and plan.safe_box is not None
+    for risk in (plan.risk(), near.risk()):
+        assert "drawn by nobody" in str(risk)

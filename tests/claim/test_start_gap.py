@@ -2,6 +2,7 @@
 named in the claim.
 """
 
+import itertools
 from dataclasses import replace
 
 import jax
@@ -125,14 +126,35 @@ def test_a_system_in_jax_that_reads_no_key_is_told_of():
     class OfPython(Gusts):
         """Which no key decides, and no trace shows."""
 
+        dtype = np.float32  # threads that JAX calls Python from know of no context for float64
+
         def rollout(self, key, k):
             shape = jax.ShapeDtypeStruct((2,), k.dtype)
             gust = jax.pure_callback(lambda: np.random.default_rng().random(2, k.dtype), shape)
-            return pj.Trajectory(jnp.outer(jnp.linspace(0.0, 1.0, 5), k + gust), k[:0])
+            return super().rollout(key, k + gust)
 
-    with pytest.raises(InputError, match="expected runs that their key decides; its callbacks"):
-        try_starts(OfPython(True), KEY, 0.0)  # one gust for all runs of a call
-    for system, none in ((Gusts(True), True), (Gusts(False), False)):
+    class HandedOver(Gusts):
+        """Whose callback draws nothing."""
+
+        dtype = np.float32
+
+        def rollout(self, key, k):
+            p, q = super().rollout(key, k)
+            jax.debug.print("q {}", q)
+            return pj.Trajectory(jax.pure_callback(np.sin, p, p, vmap_method="sequential"), q)
+
+    class OfBatches(Gusts):
+        """One gust for all runs of a call, in NumPy."""
+
+        def rollout_batch(self, keys, k):
+            moved = np.asarray(k) + np.random.default_rng().random(2)
+            return pj.Trajectory(np.linspace(0.0, 1.0, 5)[:, None] * moved[:, None], moved[:, :0])
+
+    assert not try_starts(OfBatches(True), KEY, 0.0).alike
+    with pytest.raises(InputError, match=r"gusts: expected runs to repeat .* from the key"):
+        try_starts(OfPython(False), KEY, 0.0)  # one gust for all runs of a call, beside their own
+    for made, none in itertools.product((Gusts, HandedOver), (True, False)):
+        system = made(none)
         assert try_starts(system, KEY, 0.0).alike == none
         claim = allow_for_start(line_model(4, 0.1).claim, try_starts(system, KEY, 0.0))
         assert ("NO_DISTURBANCE" in claim.details()) == none
@@ -146,6 +168,19 @@ def test_runs_that_fail_under_every_key_hide_no_other():
     time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
     cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
     assert try_starts(cart, KEY, 0.0).alike
+
+
+@pytest.mark.parametrize("lost", [0.0, np.nan])
+def test_keys_may_matter_in_some_runs_alone(lost):
+    """A gust where k[1] > 0.1, or no run at all there, now and then: the first k has none."""
+
+    def simulate(rng, k):
+        p, q = gust_of_one_seed(rng, k)
+        return (p + 1.0 + lost if k[1] > 0.1 and rng.random() < 0.5 else p), q
+
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+    cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
+    assert not try_starts(cart, KEY, 0.0).alike
 
 
 def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():

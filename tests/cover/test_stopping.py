@@ -1,8 +1,10 @@
 """The stopping rule: only announced looks stop, and each pays for its chance to be wrong."""
 
 import numpy as np
+import pytest
 from scipy.stats import binom
 
+import parc_jax as pj
 from parc_jax.safe_set.corridors import stopping
 from parc_jax.safe_set.corridors.stopping import ARMED, TOGETHER, stopping_rule
 
@@ -85,3 +87,25 @@ def test_the_last_look_of_a_search_has_its_own_part_of_the_error():
     last = rule.after(np.arange(1000) >= 20)
     assert last.coverage.at_least == 1 - stopping.largest_share(1000, 20, 0.99, 2)
     assert last.coverage.at_least < 1 - stopping.largest_share(1000, 20, 0.99, 1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"target": 0.0},
+        {"target": 1.0},
+        {"confidence": 1.0},
+        # "at least" would lie above what was seen
+        {"confidence": 0.4},
+        {"confidence": 1e-300},
+        {"work": 0.0},
+        {"work": float("inf")},
+        {"samples": 0},
+        {"target": "little"},
+    ],
+    ids=str,
+)
+def test_settings_without_meaning_are_refused(wrong):
+    with pytest.raises(pj.InputError, match=f"^settings: .*{next(iter(wrong))}"):
+        pj.Settings(**wrong)
+    assert pj.Settings(confidence=0.5).confidence == 0.5

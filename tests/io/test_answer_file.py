@@ -84,6 +84,8 @@ def test_what_no_hash_covers_is_called_the_word_of_the_file(answer, tmp_path):
     covered, counts = data["meta"]["coverage"], data["meta"]["counts"]
     wrong = [{"coverage": covered | {"at_least": 7}}, {"coverage": covered | {"confidence": 1}}]
     wrong += [{"coverage": covered | {"fresh_uncovered": 3}}, {"volume_of_all": "0.01"}]
+    nothing = dict.fromkeys(("share", "at_least"), "0") | {"fresh_safe": 0, "fresh_uncovered": 3}
+    wrong += [{"coverage": covered | nothing}, {"volume_drawn": "-1", "volume_of_all": "-9"}]
     for other in (*wrong, {"counts": counts | {"safe": counts["drawn"] + 1}}, {"ended": "luck"}):
         path.write_text(json.dumps(data | {"meta": hashed(data["meta"] | other)}))
         with pytest.raises(InputError, match="expected counts of draws and shares between 0 and 1"):
@@ -126,7 +128,7 @@ def test_obstacles_that_always_exist_come_back_beside_those_that_do_not(tmp_path
 @pytest.mark.parametrize("proved", [False, True])
 def test_that_there_is_no_plan_is_said_of_the_same_time_alone(proved, tmp_path):
     on_the_goal = [pj.box([-0.5, -0.5], [0.5, 0.5])]
-    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.", more=True)]
+    then = [pj.problem.Span((3, 3), 0.25, 3.5, said="That it comes was seen.", mover="one")]
     asked = pj.reach_avoid(toy_query.GOAL, on_the_goal, 0.1, spans=then)
     none = toy_query.planner().solve(asked, jax.random.PRNGKey(0), pj.Settings())
     none = none if proved else replace(none, absence=None)

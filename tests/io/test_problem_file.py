@@ -39,7 +39,11 @@ def scenes(rng):
     )
     blocks = [box([1.0, 0.0], [2.0, 1.0])] * 3
     law = 'Movers each "leave" their \\ tube with probability at most 0.1.'
-    made = [Span((0, 1), 0.25), Span((1, 2), at=0.0), Span((2, 3), 0.25, 0.0, said=law, more=True)]
+    made = [
+        Span((0, 1), 0.25),
+        Span((1, 2), at=0.0),
+        Span((2, 3), 0.25, 0.0, said=law, mover="one"),
+    ]
     yield reach_avoid(goal, blocks, 0.25, spans=made)
     triangle = Polygon(np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, -0.3]]))
     yield reach_avoid(
@@ -93,8 +97,8 @@ WRONG = [
     ("steps = [0, 3]", "steps = [0, 3]\nedge = ' 0 nan'", "edge: expected text as a saved scene"),
     ("steps = [0, 3]", "steps = [0, 3]\nedge = 1", "edge: expected text as a saved scene has it"),
     ("steps = [0, 3]", "steps = [0, 3]\nat = '1'", "obstacle 0 at: expected finite numbers"),
-    ("steps = [0, 3]", "steps = [0, 3]\nsaid = 1", "obstacle 0: expected said as text, more as"),
-    ("steps = [0, 3]", "steps = [0, 3]\nmore = 1", "true or false; got '' and 1"),
+    ("steps = [0, 3]", "steps = [0, 3]\nsaid = 1", "obstacle 0: span: said: expected text"),
+    ("steps = [0, 3]", "steps = [0, 3]\nmover = 1", "obstacle 0: span: mover: expected text"),
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),
     ("[goal]", "[goal", "expected a scene in TOML"),

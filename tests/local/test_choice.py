@@ -21,6 +21,7 @@ from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
+from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.law import law_of
 
 pytestmark = pytest.mark.soundness
@@ -186,6 +187,7 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     said = near.answer.details()
     assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
     assert "k uniform on K" in chosen.model.claim.details()
+    assert "by a run, k drawn uniformly from all of N, confidence" in in_short(claim)
 
 
 def test_a_plan_of_a_local_answer_names_its_box(near):

@@ -129,7 +129,7 @@ def with_movers(n: int):
         far = [pj.box([20.0, 20.0], [21.0, 21.0])] * 2 * n
         pairs = [(0, 0), (1, 1)] * n
         told = {"dt": loop.model.time.dt, "at": 0.0, "said": LAW}
-        spans = [pj.problem.Span(pair, **told, more=not pair[0]) for pair in pairs]
+        spans = [pj.problem.Span(x, **told, mover=f"mover {i // 2}") for i, x in enumerate(pairs)]
         goes = {"at": 0.0, "spans": spans}
         step = loop.step([0.0] * 2, [0.1], far, lambda x: -x.path[:, -1, 0], **goes)
         return pj.drive.Outcome(False, False, {}, [step.committed])
@@ -207,6 +207,17 @@ def test_a_start_of_which_nothing_is_measured_is_said_to_be_that_of_the_runs(tmp
         assert any(begins in text for text in one.certificate()["meta"]["rests_on"]) == (not given)
 
 
+def test_a_folder_in_which_an_episode_failed_goes_on(tmp_path):
+    """It was refused, as one that was changed."""
+    drive = Toy(breaks=0.8)
+    looks = {"looks": (10, 20), "folder": tmp_path}
+    first = asked(drive, 10, **looks)
+    assert 0 < first.failed < 10
+    both = asked(drive, 20, **looks)
+    assert both.driven[:10] == first.driven
+    assert both.details() == asked(drive, 20, looks=(10, 20)).details()
+
+
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
     asked(Toy(), 6, folder=tmp_path)
     monkeypatch.setattr(chunks, "__version__", "0.0.1")
@@ -222,6 +233,13 @@ def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
     goes = {"at": 0.0, "spans": spans[:2]}
     one = loop.step([0.0] * 2, [0.1], parts[:2], lambda x: -x.path[:, -1, 0], **goes).committed
     assert len(parts) == 4 and float(one.told_until) == 2 * dt
+    # another that begins there, or goes on there, goes on for nobody else
+    for first, at in ((2, 0.0), (0, 0.0)):
+        other = pj.problem.moving(block, [0.2, 0.0], (first, 3), dt, at=at, every=2)
+        goes = {"at": 0.0, "spans": [*spans[:2], *other[1]]}
+        more = [*parts[:2], *other[0]]
+        one = loop_of(0.01).step([0.0] * 2, [0.1], more, lambda x: -x.path[:, -1, 0], **goes)
+        assert float(one.committed.told_until) == 2 * dt
 
 
 def test_what_was_driven_before_a_restart_is_under_way_no_more():

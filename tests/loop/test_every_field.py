@@ -11,7 +11,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.answer.looks import Look
-from parc_jax.drive.loop.commitment import Commitment
+from parc_jax.drive.loop.commitment import Begun, Commitment
 from parc_jax.drive.loop.episode_file import episode_of, episode_part
 from parc_jax.drive.loop.episodes import Episodes
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, run_one
@@ -71,7 +71,7 @@ def told_with(*spans) -> list:
 
 
 DT = MODEL.time.dt
-IN_WORDS = "of", "said", "more"
+IN_WORDS = "of", "said", "mover"
 PLAIN = Span((0, 3), DT, 0.0)
 SPANS = {
     "pair": Span((0, 2), DT, 0.0),
@@ -79,7 +79,7 @@ SPANS = {
     "at": Span((0, 3), DT, 1.0),
     "of": Span((0, 3), DT, 0.0, of=step_of(OTHER_LOOP).committed),
     "said": Span((0, 3), DT, 0.0, said="It goes on."),
-    "more": Span((0, 2), DT, 0.0, more=True),
+    "mover": Span((0, 2), DT, 0.0, mover="one"),
 }
 
 
@@ -92,14 +92,15 @@ def test_a_span_is_carried_in_each_field(field):
     other = SPANS[field]
     assert told_with(PLAIN) == told_with(PLAIN) != told_with(other)
     if field in IN_WORDS:  # of the file and of the episode
-        one = SPANS["pair"] if field == "more" else PLAIN
-        before, after = (told_with(x, Span((3, 3), DT, 0.0, said="It is.")) for x in (one, other))
+        one = SPANS["pair"] if field == "mover" else PLAIN
+        then = Span((3, 3), DT, 0.0, said="It is.", mover="one")
+        before, after = (told_with(x, then) for x in (one, other))
         assert before[1] != after[1] and before[-1] != after[-1]
 
 
 def copied(one, **changes):
     """The same commitment with other fields, under way unless its episode is another."""
-    made = replace(one, **({"episode": []} | changes))
+    made = replace(one, **({"episode": Begun()} | changes))
     if "episode" not in changes:
         made.episode.append(made)
     return made
@@ -114,7 +115,7 @@ COMMITMENTS = {
     "drift": lambda one: 0.25,
     "drifted": lambda one: 0.25,
     "seen_outside": lambda one: [Fraction(1, 2)],
-    "episode": lambda one: [],
+    "episode": lambda one: Begun(),
     "command": lambda one: "a cycle late",
     "given": lambda one: (),
 }
@@ -149,7 +150,6 @@ EPISODES = {
     "told_in": {"It goes on.": 2},
     "drifted": 0.25,
     "manoeuvres": 3,
-    "assumed": ["creep: at most 1 cm"],
 }
 COUNTED = {"look": Look(2, 2, Fraction(1, 2000))} | dict.fromkeys(("law", "drive", "again"), "x")
 

@@ -1,6 +1,7 @@
 """A shield: whatever the policy proposes, only certified manoeuvres are driven."""
 
 import itertools
+import pickle
 import re
 from fractions import Fraction
 from types import SimpleNamespace
@@ -53,7 +54,7 @@ def test_a_policy_that_drives_at_a_post_never_touches_it(model, tmp_path):
     drive = lambda world, seed: pj.drive.Outcome(False, committed=env.commitments)  # noqa: E731
     law = {"law": lambda seed: 0, "key": jax.random.key(0), "n": 1, "workers": 0, "quiet": True}
     done = pj.drive.drive_episodes(drive, **law)
-    assert "Of each episode is assumed: creep: at most 1 cm" in done.details()
+    assert "assumed creep: at most 1 cm, premises" in done.details()
 
 
 def test_a_slow_machine_decides_as_a_quick_one(model, monkeypatch):
@@ -223,7 +224,7 @@ def test_an_action_that_is_none_is_no_reason_to_forget_the_drift(model):
     off = 0.1  # less than is told
     for action in ([np.nan, 0.0], AHEAD / 2):
         *_, info = env.step(action)
-        assert not info["shield"]["left"] and info["shield"]["clearance"] > 0
+        assert not info["shield"].get("left") and info["shield"]["clearance"] > 0
 
 
 def test_what_poses_may_be_off_by_is_kept_clear_of(model, tmp_path):
@@ -246,7 +247,7 @@ def test_what_poses_may_be_off_by_is_kept_clear_of(model, tmp_path):
             for _ in range(20):
                 *_, info = env.step(AHEAD)
                 touched[drift] += info["cost"] > 0
-                left |= bool(info["shield"]["left"])
+                left |= bool(info["shield"].get("left"))
         assert not left
         file = checker.load(env.certificate(tmp_path / "drive.json"))
         assert checker.check_episode(file, allowance_of).manoeuvres
@@ -322,7 +323,7 @@ def test_an_environment_that_is_not_the_model_s_comes_to_its_stop(model, tmp_pat
     report = checker.check_episode(
         checker.load(env.certificate(tmp_path / "left.json")), allowance_of
     )
-    last, at = len(env.commitments) - 1, 0.4 * [one["left"] for one in told].index(True)
+    last, at = len(env.commitments) - 1, 0.4 * [one.get("left") for one in told].index(True)
     said = f"manoeuvres[{last}], by {at:g} s: it is none inside the tube"
     assert report.premises[-1] == ["TUBE_LEFT", "measured", [said]]
     assert f"  measured TUBE_LEFT: {said}" in checker.episode.summary_of_episode(report)
@@ -350,7 +351,7 @@ def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path,
     env = shielded(bare, model, sense=seen)
     for heavier, left in ((1.0, False), (1.3, True)):
         bare.heavier = heavier
-        assert env.reset()[1]["shield"]["left_at_end"] is None
+        assert "left_at_end" not in env.reset()[1]["shield"]
         told = env.step(AHEAD * 0.7)[4]["shield"]
         assert told["left_at_end"] is left and told["reason"] == "" and not told["changed"]
         assert told["followed_at_end"] == pytest.approx(env.every / float(env.loop.lasts))
@@ -360,7 +361,7 @@ def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path,
     env.reset()
     gone.append(True)
     told = env.step(AHEAD * 0.7)[4]["shield"]
-    assert told["left_at_end"] is None and told["clearance"] > 0
+    assert "left_at_end" not in told and told["clearance"] > 0
     assert told["reason"] == "what is sensed at the end is not known: OSError: no scan"
 
 
@@ -467,6 +468,66 @@ def test_what_is_assumed_has_a_name_and_says_something(model, tmp_path):
     env.reset(seed=0)
     with pytest.raises(pj.InputError, match="episode: expected assumed as some text"):
         pj.drive.save_episode(tmp_path / "drive.json", env.commitments, assumed={"floor": ""})
+
+
+def test_what_is_assumed_is_told_by_whatever_tells_of_its_manoeuvres(model, tmp_path):
+    """By whichever door the episode is saved, by one manoeuvre's file, by who keeps clear of it,
+    and of copies, as from another process, from which none may be left out either.
+    """
+    env = shielded(Platform(posts=[[5.0, 5.0]]), model, assumed={"creep": "at most 1 cm"})
+    env.reset(seed=0)
+    for _ in range(4):
+        env.step(AHEAD / 4)
+    path = tmp_path / "drive.json"
+    for again in (None, {"creep": "at most 1 cm"}, {"floor": "dry"}):
+        file = checker.load(pj.drive.save_episode(path, env.commitments, assumed=again))
+        assert ["creep", "assumed", "at most 1 cm"] in file["premises"]
+        report = checker.check_episode(file, allowance_of)
+        assert "creep" in "\n".join(checker.episode.summary_of_episode(report))
+    assert ["floor", "assumed", "dry"] in file["premises"]
+    with pytest.raises(pj.InputError, match="expected creep as its robot's loop assumes it"):
+        pj.drive.save_episode(path, env.commitments, assumed={"creep": "none"})
+    last = env.commitments[-1]
+    assert "creep: at most 1 cm" in last.certificate()["meta"]["rests_on"]
+    at = float(last.begin) + 0.1
+    *_, span = pj.drive.reserved(env.loop.under_way, at, model.time)[1]
+    assert "assumed creep: at most 1 cm" in span.rests_on
+    law = {"law": lambda seed: 0, "key": jax.random.key(0), "n": 1, "workers": 0, "quiet": True}
+    copies = pickle.loads(pickle.dumps(env.commitments))
+    assert not any(one.under_way for one in copies)
+    said = [
+        pj.drive.drive_episodes(
+            lambda world, seed, some=some: pj.drive.Outcome(False, False, committed=some), **law
+        ).details()
+        for some in (env.commitments, copies)
+    ]
+    assert said[0].partition("(E)")[0] == said[1].partition("(E)")[0]
+    assert "assumed creep: at most 1 cm" in said[0]
+    for some in (env.commitments[:2], copies[:2]):
+        bare = lambda *_, some=some: pj.drive.Outcome(False, committed=some)  # noqa: E731
+        with pytest.raises(pj.InputError, match="expected all that the robot drove; got 2 of 4"):
+            pj.drive.drive_episodes(bare, **law)
+
+
+def test_a_vector_environment_tells_of_each_tube_once(model):
+    """What there is nothing to say of is not in `info`: of None it makes a False."""
+    envs = gymnasium.vector.SyncVectorEnv(
+        [
+            lambda heavier=heavier: shielded(
+                Platform(posts=[[5.0, 5.0]], heavier=heavier), model, uncertainty=None
+            )
+            for heavier in (1.0, 1.3)
+        ]
+    )
+    envs.reset(seed=0)
+    told = [[], []]
+    for _ in range(6):
+        *_, infos = envs.step(np.stack([AHEAD * 0.7] * 2))
+        about = infos["shield"]
+        for i, of in enumerate(told):
+            if "left" in about and about["_left"][i]:
+                of.append(bool(about["left"][i]))
+    assert told == [[False] * 5, [True]] or told == [[False] * 5, [False, True]]
 
 
 def test_where_no_stop_is_certified_no_episode_begins_anew(model):

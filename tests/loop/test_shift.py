@@ -22,7 +22,7 @@ def test_a_robot_that_changes_rings_stops_and_goes_on_with_a_new_model():
         for _ in range(steps):
             seen, *_, info = env.step(draw.uniform(-0.6, 0.6, 2))
             told.append(info["shield"])
-            if told[-1]["left"] is not None:
+            if "left" in told[-1]:
                 watch = watch.bet(told[-1]["left"], told[-1]["followed"])
         return seen, watch
 

@@ -1,5 +1,9 @@
 """What is dragged, and the plans that follow: without a browser, but for the last tests."""
 
+import threading
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
 import jax
 import numpy as np
 import pytest
@@ -10,7 +14,7 @@ from toy_models import line_model, told
 
 import parc_jax as pj
 import sims
-from parc_jax.app import cli
+from parc_jax.app import cli, live_page
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
 from parc_jax.app.live_page import about_set
@@ -19,6 +23,7 @@ from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
+from parc_jax.problem.problem import Span
 from parc_jax.problem.problem_file import problem_of_text
 from parc_jax.problem.world.free_space import free_place
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
@@ -87,19 +92,87 @@ def test_what_is_dragged_is_the_set_moved_and_turned():
 @pytest.mark.parametrize("heading", [3.0, 3.5, -3.5, 6.6])
 def test_a_heading_is_the_one_that_was_told_and_is_turned_on_from_there(heading):
     """Within half a turn of 0 the goal, told around 3.5 rad, seemed out of reach."""
-    share = np.linspace(0, 1, 5)[1:]
-    W = np.zeros((9, 2))
-    W[0:8:2, 0], W[8, 1] = share, 1.0  # a way ahead, and a turn
-    tube = pj.learning.tube([[0, 1], [-0.5, 0.5]], np.full((1, 4, 2), 0.02), np.full((1, 3), 0.02))
-    time, net = pj.learning.time_grid(0.25, 1.0, 0.05), pj.learning.relu_network([W], [W[:, 0] * 0])
-    claim = pj.learning.declared_claim(tube, "this test", net, time, rotation=("turns",))
     end = np.array([0.5 * np.cos(heading), 0.5 * np.sin(heading), heading])
     goal = pj.box(end - WIDE, end + WIDE)
     problem = pj.reach_avoid(goal, [pj.box([j, 3.0], [j + 0.5, 3.5]) for j in range(5)], 0.05)
-    page = Live(pj.learning.trajectory_model(net, claim), problem, [0.0, 0.0, heading])
+    page = Live(turning_model(), problem, [0.0, 0.0, heading])
     assert page.at[2] == pytest.approx(heading, abs=1e-12) and len(page.draw().plans)
     page.move("start", [0.0, 0.0], heading + 0.1)
     assert page.at[2] == pytest.approx(heading + 0.1, abs=1e-12) and len(page.draw().plans)
+
+
+def turning_model():
+    """A way ahead, then a turn; its runs turn with their heading."""
+    W = np.zeros((9, 2))
+    W[0:8:2, 0], W[8, 1] = np.linspace(0, 1, 5)[1:], 1.0
+    tube = pj.learning.tube([[0, 1], [-0.5, 0.5]], np.full((1, 4, 2), 0.02), np.full((1, 3), 0.02))
+    time, net = pj.learning.time_grid(0.25, 1.0, 0.05), pj.learning.relu_network([W], [W[:, 0] * 0])
+    claim = pj.learning.declared_claim(tube, "this test", net, time, rotation=("turns",))
+    return pj.learning.trajectory_model(net, claim)
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """What a page was opened of, without one."""
+    pages: list[Live] = []
+    monkeypatch.setattr(live_page, "Page", lambda of, port: pages.append(of))
+    return pages
+
+
+@pytest.mark.parametrize("told", ["heading", "uncertain", "uncertain pose", "neither", "place"])
+def test_an_answer_of_a_file_is_opened_where_the_file_knows_its_question(told, tmp_path, opened):
+    """One in the robot's frame was turned and moved once more; one under an uncertainty was not
+    robust to it any more, and said nothing of it.
+    """
+    far = pj.box(GOAL.lo + 50.0, GOAL.hi + 50.0)  # there is no plan: nothing is searched for
+    model, asked = line_model(e=0.01, half=2.5), pj.reach_avoid(far, [POLYGON], 0.05, START)
+    at = [0.0, 0.0] if told in ("uncertain pose", "place") else None
+    asked = asked if at is None else asked.replace(start=None)
+    if told.startswith("uncertain"):
+        asked = asked.replace(uncertainty=pj.Uncertainty(start=0.01, sensing_eps="1/100"))
+    if told == "heading":
+        model, at = turning_model(), [0.15, -0.1, 0.1]
+        end = np.array([50.0, -0.05, 0.1])
+        asked = pj.reach_avoid(pj.box(end - WIDE, end + WIDE), [POLYGON], 0.05)
+    answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), module.SOON, at=at)
+    answer.save(tmp_path / "answer.json")
+    read = pj.load_answer(tmp_path / "answer.json")
+    live(answer, wait=False)
+    if told in ("neither", "place"):
+        live(read, wait=False)
+        mine, its = (page.scene().nominal for page in opened)
+        assert (mine.problem.goal.b == its.problem.goal.b).all()
+        assert mine.at is its.at is None or (mine.at == its.at).all()
+    else:
+        with pytest.raises(InputError, match="expected an answer that knows its question"):
+            live(read, wait=False)
+        assert len(opened) == 1
+
+
+UNDER_WAY = SimpleNamespace(loop="a platform", under_way=True, seen_outside=False)
+OTHERS = {  # what is said of an obstacle, and of that why it stays where it is
+    "moves": (pj.problem.moving(BLOCKS[1], [0.0, -0.1], (0, 3), 0.25, off_by=0.1)[1][0], "told"),
+    "of a robot": (Span((0, 3), of=UNDER_WAY), "rests on its manoeuvre"),
+    "for a time": (Span((0, 2)), None),
+}
+
+
+@pytest.mark.parametrize("of", OTHERS)
+def test_what_is_said_of_an_obstacle_is_not_said_of_where_it_is_dragged(of):
+    """What was proved of a robot dragged 3 m aside rested on the manoeuvre that it was making."""
+    span, why = OTHERS[of]
+    told = pj.reach_avoid(GOAL, [BLOCKS[1], POLYGON], 0.05, START, spans=[span, None])
+    among = Live(line_model(e=0.01, half=2.5), told)
+    among.move("obstacle 1", [0.9, 0.9])
+    assert among.grips["obstacle 0"].free == (why is None)
+    if why is None:
+        among.move("obstacle 0", [5.0, 5.0])
+        assert among.problem.obstacles[0].contains(np.array([[5.0, 5.0]])).all()
+        assert not among.problem.rests_on
+        return
+    with pytest.raises(InputError, match=rf"free grip, another than obstacle 0: .*{why}"):
+        among.move("obstacle 0", [5.0, 5.0])
+    assert (among.problem.obstacles[0].b == told.obstacles[0].b).all()
 
 
 def test_edges_of_free_space_stay_where_they_are():
@@ -108,7 +181,7 @@ def test_edges_of_free_space_stay_where_they_are():
     seen = free_place([[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]).obstacles()
     among = Live(line_model(half=2.5), pj.reach_avoid(GOAL, [POLYGON, *seen], 0.05), [0.0, 0.0])
     among.warm_up()
-    with pytest.raises(InputError, match="expected no edge of free space; obstacle 1 is one"):
+    with pytest.raises(InputError, match="another than obstacle 1: Within edges"):
         among.move("obstacle 1", [9.0, 9.0])
     with pytest.raises(InputError, match=r"expected one of goal, .*; got 'obstacle 7'"):
         among.move("obstacle 7", [9.0, 9.0])
@@ -148,6 +221,22 @@ def test_sliders_narrow_plans_set_and_share(at):
     assert "k in the sliders' part of K" in about_set(answer)[0]
 
 
+def test_sliders_that_leave_no_plan_are_named_before_other_remedies():
+    """The page told to widen goal and start by 2.5 m, where one slider was what had to move."""
+    model = line_model(e=0.01, half=2.5)
+    alone = Live(model, pj.reach_avoid(GOAL, [POLYGON], 0.05, START))
+    first = "What would help first: wider sliders of "
+    alone.k[:] = [-2.5, -2.5], [-1.0, 2.5]
+    answer, why = alone.settle()
+    assert answer is None and why.sentences[0] == f"{first}k0."
+    alone.k[:] = [-2.5, 2.0], [-1.0, 2.5]
+    assert alone.settle()[1].sentences[0] == f"{first}k0 and k1."
+    alone.move("goal", [40.0, 0.0])  # sliders are of no use
+    assert not any("slider" in one for one in alone.settle()[1].sentences)
+    alone.k[:] = model.domain.lo, model.domain.hi
+    assert not any("slider" in one for one in alone.settle()[1].sentences)
+
+
 def test_sliders_narrow_the_parameters_that_are_left_where_others_are_given():
     model = line_model(e=0.01, half=2.5)
     known = pj.Uncertainty(given={"k0": 1.6})
@@ -162,16 +251,19 @@ def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_whil
     model = line_model(e=0.01, half=2.5)
     alone = Live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START))
     alone.warm_up()
-    off, rng, seen = 0.05, np.random.default_rng(6), []
+    off, rng, seen, answers = 0.05, np.random.default_rng(6), [], []
 
     def slide() -> None:
         for name in ("pose", "obstacles"):
             alone.off = {"pose": 0.0, "obstacles": 0.0, name: off}
             alone.move("obstacle 0", alone.grips["obstacle 0"].middle, 0.3)
             seen.append((name, alone.problem, alone.draw().plans))
-            assert alone.settle()[0].status.found
+            answers.append(alone.settle()[0])
 
     assert compiled_by(slide) == 0
+    for answer in answers:  # of the scene as it is drawn more plans are safe
+        assert answer.status.found
+        assert "are safe for all that is uncertain, confidence" in about_set(answer)[0]
     for name, problem, plans in seen:
         p0, k = np.split(plans, [2], axis=1)
         assert len(plans) >= 16 and problem_of_text(alone.toml(), "scene.toml").uncertainty
@@ -293,6 +385,53 @@ def test_the_shell_opens_the_scene_of_a_system_at_a_pose(monkeypatch):
 def test_what_is_no_answer_is_refused():
     with pytest.raises(InputError, match="expected an answer, or a model and a problem"):
         live(line_model())
+
+
+class Told:
+    """A line beside the scene, and that one has changed."""
+
+    changed = threading.Event()
+    text = ""
+
+    @property
+    def content(self) -> str:
+        return self.text
+
+    @content.setter
+    def content(self, text: str) -> None:
+        self.text = text
+        self.changed.set()
+
+
+def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog):
+    """The last ones, of what had been safe before, stood there until the page was closed."""
+    server, model = MagicMock(), line_model(e=0.01, half=2.5)
+    server.gui.add_markdown.side_effect = [Told(), Told()]
+    server.gui.add_checkbox.return_value.value = False
+    viser = MagicMock(ViserServer=lambda *_, **__: server)
+    monkeypatch.setattr(live_page, "package", lambda *_: viser)
+    page = live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START), wait=False)
+
+    def until(words: str) -> str:
+        while words not in page.told:
+            assert Told.changed.wait(60.0)
+            Told.changed.clear()
+        return page.told
+
+    assert "safe plans" in until("measured in")
+    for broken in ("settle", "draw"):
+        with monkeypatch.context() as patched:
+            patched.setattr(page.live, broken, lambda *_: np.zeros(2) @ np.zeros(3))
+            server.scene.remove_by_name.reset_mock()
+            page.move("obstacle 0", [0.6, -0.7])
+            told = until("could not draw or measure this: ValueError")
+            assert told.startswith("**") and told.endswith("**\n") and told.count("\n") == 1
+        page.move("obstacle 0", [0.7, -0.7])
+        assert "safe plans" in until("measured in")
+        gone = {call.args[0] for call in server.scene.remove_by_name.call_args_list}
+        assert {"/plans/way", "/plans/swept", "/body/swept"} <= gone
+    page.stop()
+    assert caplog.text.count("could not draw or measure this") == 2 and "matmul" in caplog.text
 
 
 def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():

@@ -56,8 +56,8 @@ def test_the_mouse_drags_a_grip_and_200_of_200_plans_agree_with_contains(
     drawings, answers = [], []
     draw, settle = page.live.draw, page.live.settle
 
-    def noted_draw():
-        drawn = draw()
+    def noted_draw(*of):
+        drawn = draw(*of)
         drawings.append((drawn.scene.problem, drawn.plans))
         return drawn
 

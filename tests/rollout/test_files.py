@@ -393,12 +393,14 @@ def test_stamps_are_no_parameters_however_they_go_on(batch, tmp_path):
         assert load_rollouts(tmp_path / "log.npz", GRID, labels=labels).n == batch.n
 
 
-@pytest.mark.parametrize("column", [np.arange(30), 7 - np.arange(30), 1.7e9 + 3.0 * np.arange(30)])
+@pytest.mark.parametrize(
+    "column", [*np.arange(30) + np.c_[[0, 1]], 7 - np.arange(30), 1.7e9 + 3.0 * np.arange(30)]
+)
 def test_a_column_that_counts_the_rows_beside_others_is_no_parameter(batch, tmp_path, column):
     """A claim was over row numbers 1 to 399. Sweeps alone, with a unit, or in parts are fine."""
     k, p = batch.k.copy(), batch.p
     k[:, 1] = column
-    for header in ("", "speed,turn", *["speed,turn [deg]"] * bool(column[0] == 0)):
+    for header in ("", "speed,turn", *["speed,turn [deg]"] * bool(column[0] in (0, 1))):
         with pytest.raises(InputError, match="which tells a run's row, recording or time"):
             folder_of(tmp_path, k, p, header)
     sweep = np.c_[batch.k[:, 0], 5.0 * np.arange(30)]
@@ -429,6 +431,8 @@ def test_a_time_without_a_name_is_no_place(batch, tmp_path, stamp, at):
     assert named.subject.n_p == 3
     np.savez(tmp_path / "log.npz", k=batch.k, p=np.repeat(p[..., [at]], 2, axis=2))
     assert load_rollouts(tmp_path / "log.npz", GRID).n == batch.n  # all of them rise so
+    np.savez(tmp_path / "log.npz", k=batch.k[:1], p=p[:1])
+    assert load_rollouts(tmp_path / "log.npz", GRID).n == 1  # who knows, from one run
     p[..., at] = np.linspace(0.0, 1.0, GRID.n_record + 1) ** 2
     np.savez(tmp_path / "log.npz", k=batch.k, p=p)  # alike, but faster and faster
     assert load_rollouts(tmp_path / "log.npz", GRID).subject.n_p == 3

@@ -12,6 +12,7 @@ import parc_jax as pj
 need("gymnasium")
 from in_step import in_step_as_alone  # noqa: E402
 
+from parc_jax.common.keys import Stage, key_data, stream  # noqa: E402
 from sims import point  # noqa: E402
 from sims.point import (  # noqa: E402
     curves,
@@ -254,3 +255,20 @@ def test_a_film_has_an_image_for_every_so_many_steps(tmp_path):
     with Image.open(out) as made:
         assert made.n_frames == 3
     assert frames[-1].cost == 0 and not frames[-1].changed
+
+
+def test_a_world_driven_again_by_another_seed_is_that_world():
+    """In step, too: "the first, by another seed, otherwise" was told of another world."""
+
+    class Asked(together.Together):
+        def drive(self, world_seeds, seeds):
+            told = ({"world": int(one)} for one in world_seeds)
+            return [pj.drive.Outcome(False, told=one) for one in told]
+
+    key, law = jax.random.PRNGKey(0), together.Clear("Point", 1)
+    words = tuple(map(int, key_data(stream(key, Stage.EPISODE)).ravel()))
+    how = Asked("Point", 1, True, False, "", law, words, 4)
+    done = pj.drive.drive_episodes(how, law, key, 4, workers=0, quiet=True)
+    assert not done.failed
+    assert "1 driven again, the same; the first, by another seed, the same" in done.again
+    assert len({one.told["world"] for one in done.driven}) == 4

@@ -55,9 +55,9 @@ def _answer(data: dict, report) -> Answer:
     spans, edges = list(problem.all_spans), list(problem.obstacles)
     if "spans" in meta:  # beside the intervals, for which moment and steps of what length
         spans = [
-            s and Span(s, dt and float(dt), at and float(at), loop or None, said, more)
+            s and Span(s, dt and float(dt), at and float(at), loop or None, said, mover)
             for s, of in zip(problem.all_spans, meta["spans"], strict=True)
-            for dt, at, said, more, loop in [of or [None] * 5]  # of none where it always exists
+            for dt, at, said, mover, loop in [of or [None] * 5]  # of none where it always exists
         ]
     if "edges" in meta:
         edges = [edge_of(*of) for of in zip(problem.obstacles, meta["edges"], strict=True)]

@@ -150,7 +150,7 @@ class _PlanCanvas(_Canvas):
         self.times = np.linspace(0.0, self.time.t_f, min(MOST, round(self.time.t_f * RATE) + 1))
         with rc_context(style.RC):
             self.sides = [_Side(answer, view, path, error, self.run) for view in views]
-            ratios = [(side.hi - side.lo)[0] / (side.hi - side.lo)[1] for side in self.sides]
+            ratios = [shapes.ratio(side.lo, side.hi) for side in self.sides]
             axes = self.figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
             k = zip(model.labels.k, answer.samples[sample][model.n_p :], strict=True)
             words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in k]

@@ -55,7 +55,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
         columns = 1 + bool(
             np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(scene.span, axis=0).max()
         )
-    same_height = [_shape(*scene.span), _shape(*at_goal)]
+    same_height = [shapes.ratio(*scene.span), shapes.ratio(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
         left, *beside = sheet.axes
@@ -76,7 +76,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
 
 
 def _in_space(pictures: list["_Picture"], to, title: str):
-    ratios = [_shape(*picture.span) for picture in pictures]
+    ratios = [shapes.ratio(*picture.span) for picture in pictures]
     with style.sheet(to, (12.0, 3.8), columns=len(pictures), width_ratios=ratios) as sheet:
         for picture, ax in zip(pictures, sheet.axes, strict=True):
             picture.draw(ax)
@@ -221,8 +221,3 @@ class _Picture(SceneView):
             ]
         ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
         return [style.mark("body at its end", color=style.BLUE, **ring)]
-
-
-def _shape(lo, hi) -> float:
-    """Width over height of a box."""
-    return (hi[0] - lo[0]) / (hi[1] - lo[1])

@@ -149,6 +149,11 @@ def span(*points: np.ndarray, room: float = 0.04) -> tuple[np.ndarray, np.ndarra
     return lo - pad, hi + pad
 
 
+def ratio(lo: np.ndarray, hi: np.ndarray) -> float:
+    """Width over height of a box with these corners (2,)."""
+    return (hi[0] - lo[0]) / (hi[1] - lo[1])
+
+
 class View(NamedTuple):
     """name: where one looks from. axes: the two coordinates that one sees."""
 

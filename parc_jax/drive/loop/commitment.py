@@ -1,10 +1,10 @@
 """Manoeuvres that a loop committed to: where each may lead; whether a tube was left. [T38, T40]"""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
 from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, reading
-from parc_jax.common.premises import MEASURED, Premises, agree, premises
+from parc_jax.common.premises import MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.bound.measure import allowance, kept
@@ -42,14 +42,14 @@ START = "not measured: each manoeuvre begins as the model's runs did, whatever w
 
 class Begun(list):
     """What one episode of a loop has under way, when [s] each of its manoeuvres began, and what
-    else is assumed of its robot, in words; of copies nothing is known to be.
+    else is assumed of its robot, by name; of copies nothing is known to be under way.
     """
 
     begins: tuple[Fraction, ...] = ()
-    assumed: tuple[str, ...] = ()
+    assumed: Mapping[str, Any] = {}
 
     def __reduce__(self):
-        return type(self), ()
+        return type(self), (), vars(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Commitment:
     drift: float = 0.0
     drifted: float = 0.0
     seen_outside: list[Fraction] = field(default_factory=list)
-    episode: list["Commitment"] = field(default_factory=Begun)
+    episode: Begun = field(default_factory=Begun)
     command: str = ""
     given: tuple[int, ...] = ()
 
@@ -100,11 +100,11 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends that no other goes on (`Span.more`); before it, it is nowhere.
+        obstacle with a span ends whose `Span.mover` does not go on; before it, it is nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
-        begun = {span[0] for span in spans}
-        ends = [span[1] + 1 for span in spans if not (span.more and span[1] + 1 in begun)]
+        begun = {(span.mover, span[0]) for span in spans if span.mover}
+        ends = [span[1] + 1 for span in spans if (span.mover, span[1] + 1) not in begun]
         return self.begin + Fraction(time.dt) * min([time.n_steps, *ends])
 
     def proved(self) -> bool:
@@ -117,6 +117,7 @@ class Commitment:
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
         told = [f"start {START}"] * ("START" in self.untold)
         told += [f"its command is given {self.command}"] * bool(self.command)
+        told += self.assumed
         told += [about_drift(self.drifted)] * bool(self.drifted)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
         times["rests_on"] = [*resting_on(asked), *told]
@@ -145,6 +146,11 @@ class Commitment:
         return told if self.given else told | {"START": START}
 
     @property
+    def assumed(self) -> list[str]:
+        """What else is assumed of its robot, in words."""
+        return [f"{name}: {text_of(value)}" for name, value in self.episode.assumed.items()]
+
+    @property
     def loop(self) -> str:
         """The loop that committed to it, by its content, in words."""
         model, shared, known = self.asked.query.model, self.shared, self.asked.uncertainty
@@ -152,6 +158,7 @@ class Commitment:
         by += [f"a body of {'; '.join(shared['body'])}"]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
         by += [f"{name.lower()} {told}" for name, told in self.untold.items()]
+        by += [f"assumed {told}" for told in self.assumed]
         by += [shared["command"], f"premises {shared.hash[:12]}"]
         return ", ".join([model.system or "unnamed system", *filter(None, by)])
 
@@ -258,8 +265,7 @@ def left_tube(
             f"moves before {exact(commitments[0].begin)} s. Tell of all manoeuvres; where none was "
             "driven, as of a boat that drifts, repeat the place of that moment before it."
         )
-    begins = getattr(commitments[0].episode, "begins", ())
-    begun = sum(round(float(one) / step) < len(path) - 1 for one in begins)
+    begun = sum(round(float(t) / step) < len(path) - 1 for t in commitments[0].episode.begins)
     if begun > len(commitments):
         got = f"{begun} began on this path; got {len(commitments)}"
         raise InputError(f"left_tube: expected all commitments of an episode, of which {got}.")

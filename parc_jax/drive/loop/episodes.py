@@ -22,7 +22,7 @@ from parc_jax.learning.runs.chunks import cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 
-FORMAT = "parc_jax.episodes/5"
+FORMAT = "parc_jax.episodes/6"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 EACH = 100  # of so many episodes one is driven again
 LINES, ABOUT = "episodes.jsonl", "meta.json"
@@ -243,7 +243,8 @@ class Ledger:
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
         if self.folder is not None:
-            told = one._asdict() | {"hash": whole_digest([self.meta, one._asdict()])}
+            told = json.loads(json.dumps(one._asdict()))  # as it is read, of which the hash is
+            told["hash"] = whole_digest([self.meta, told])
             os.write(self._file, (json.dumps(told) + "\n").encode())
             os.fsync(self._file)
         self.done[one.number] = one

@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact
@@ -64,8 +64,8 @@ def reserved(
     dt, step = Fraction(model.time.dt), Fraction(time.dt)
     # the first interval by whose begin it rests
     rests = min(max(math.ceil((len(reach) - 1) * dt / step - age / step), 0), time.n_steps)
-    told = time.dt, float(age + commitment.begin), commitment
-    spans = [Span(one, *told, more=True) for one in spans_of(0, rests - 1, every, *told)]
+    told = time.dt, float(age + commitment.begin), commitment, "", content_hash(A, reach)[:12]
+    spans = spans_of(0, rests - 1, every, *told)
     spans += spans_of(rests, time.n_steps - 1, time.n_steps, *told)
     ends = [(age + first * step, age + (last + 1) * step) for first, last in spans]
     ends[-1] = ends[-1][0], len(reach) * dt  # and for ever

@@ -53,9 +53,7 @@ def about_loops(driven: Sequence[Driven]) -> str:
     most, told = most_and_often((one.rests_on, one.told_in) for one in driven)
     rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
     drifted = max(one.drifted for one in driven)
-    assumed = list(dict.fromkeys(x for one in driven for x in one.assumed))
-    assumed += [about_drift(drifted)] if drifted else []
-    rests += f" Of each episode is assumed: {'; '.join(assumed)}." if assumed else ""
+    rests += f" Of each episode is assumed: {about_drift(drifted)}." if drifted else ""
     return (
         f"(C) Of the manoeuvres of {some_of([f'a loop ({loop})' for loop in loops])}, shown in "
         "float64 with a rounding margin: whatever happens inside the tubes, nothing is touched "

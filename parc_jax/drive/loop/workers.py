@@ -42,8 +42,7 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of. assumed: what
-    else their robots rest on, as of `Shield`.
+    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of.
     """
 
     number: int
@@ -58,7 +57,6 @@ class Driven(NamedTuple):
     told_in: Mapping[str, int] = {}
     manoeuvres: int = 0
     drifted: float = 0.0
-    assumed: Sequence[str] = ()
 
     @property
     def bad(self) -> bool:
@@ -106,7 +104,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
         given = Counter(id(one.episode) for one in committed)
         for one in committed:  # the last that began may not have been driven
-            begun = len(getattr(one.episode, "begins", ()))
+            begun = len(one.episode.begins)
             if (n := given[id(one.episode)]) < begun - 1:
                 of = f"of {begun} that its loop committed to"
                 raise InputError(f"Outcome: expected all that the robot drove; got {n} {of}.")
@@ -126,8 +124,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
             (x := one.asked.problem.rests_on, dict.fromkeys(x, 1)) for one in committed
         )
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
-        assumed = sorted({x for one in committed for x in getattr(one.episode, "assumed", ())})
-        found = loops, least, told_then, *map(dict, rests), len(committed), drifted, assumed
+        found = loops, least, told_then, *map(dict, rests), len(committed), drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
     except Exception as error:
         where = f"in {place}: " if (place := own_place(error)) else ""

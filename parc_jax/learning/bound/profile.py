@@ -139,14 +139,12 @@ _FEW = 20.0  # [runs] weight of all of K in the covariance of a bin
 def fitted_profile(
     net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins, turned: bool = True
 ) -> Tube:
-    """The profile of finite runs, held in memory: between the least and the largest error along
-    every direction, in bins of few runs as wide as their neighbours, plus a margin (a tenth of the
-    bin's mean half width along every axis; at the end, of the half width there) and a floor [m,
-    rad]. bins: as in `edges_of`. turned: principal axes too. Raises InputError, also for none.
+    """The profile of finite runs, at least one, held in memory: between the least and the largest
+    error along every direction, in bins of few runs as wide as their neighbours, plus a margin (a
+    tenth of the bin's mean half width along every axis; at the end, of the half width there) and a
+    floor [m, rad]. bins: as in `edges_of`. turned: principal axes too. Raises InputError.
     """
     runs = list(runs)
-    if not runs:
-        raise InputError("profile: expected at least one finite training run; got none.")
     edges = edges_of(runs[0].domain, bins)
     layout = layout_of(runs[0])
     frame = zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + runs[0].n_q, layout.n_points)

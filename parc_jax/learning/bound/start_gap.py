@@ -25,6 +25,7 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, derived, weaker
 from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import is_traceable, simulator
@@ -190,11 +191,10 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     # code of the user, which may seed what it likes; most tell by the first k
     by_key, by_python = _decided(system)
     alike = all(_alike(system, key, x) for x in (k[:1], k[1:])) if by_python else not by_key
-    if not (by_key or alike):  # in a compiled call it may draw once, for all of its runs
-        raise InputError(
-            f"{system.name}: expected runs that their key decides; its callbacks draw without it. "
-            "Draw from the key in JAX, and hand what was drawn to the callback."
-        )
+    if by_python and not alike and is_traceable(system):  # callbacks may draw once for all runs
+        both = (collect(system, key, STARTS, Stage.SEARCH, k=k, quiet=True) for _ in range(2))
+        first, again = ({"p": x.p, "q": x.q} for x in both)
+        require_same_runs(system.name, first, again, system)
     if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
@@ -223,13 +223,10 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
     """Are runs of each of k (n, n_k) under two keys the same to the last bit, or both failed?"""
-    # in two calls: what Python draws may be one number for all runs of a call
-    keys = jax.random.split(key)
-    one, two = (collect(system, x, len(k), Stage.SEARCH, k=k, quiet=True) for x in keys)
-    here = ~one.failed
-    return np.array_equal(one.failed, two.failed) and all(
-        np.array_equal(x[here], y[here]) for x, y in ((one.p, two.p), (one.q, two.q))
-    )
+    n = len(k)  # in two calls: what Python draws may be one number for all runs of a call
+    one, two = (collect(system, key, n, Stage.SEARCH, k=k, first_row=x, quiet=True) for x in (0, n))
+    here = ~(one.failed & two.failed)
+    return all(np.array_equal(x[here], y[here]) for x, y in ((one.p, two.p), (one.q, two.q)))
 
 
 def _decided(system: Any) -> tuple[bool, bool]:
@@ -241,7 +238,7 @@ def _decided(system: Any) -> tuple[bool, bool]:
     with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
         made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
     used, (reads, _) = dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))
-    return reads, "_callback[" in str(used)
+    return reads, any(f"{x}_callback[" in str(used) for x in ("pure", "io"))  # `debug_` prints
 
 
 def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:

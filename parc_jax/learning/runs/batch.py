@@ -27,8 +27,6 @@ from parc_jax.learning.runs.law import (
 from parc_jax.learning.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 FAILED = f"{OURS}failed runs"  # the parameter of the law of a log without them
-
-
 BY_ROW = ("rows", "k", "p", "q", "groups", "lost")  # the arrays of a batch
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.options import check_count
 from parc_jax.common.said import slot, without_braces
@@ -196,7 +196,8 @@ def mover_obstacles(
             f"mover_obstacles: expected a radius above 0 m and until within the manoeuvre, "
             f"{time.t_f:g} s; got {radius!r} and {until!r}."
         )
-    obstacles, spans = [], spans_of(0, steps - 1, every, time.dt, float(at))
+    obstacles, names = [], []
+    parts = spans_of(0, steps - 1, every)
     for mover in movers:
         age = at - mover.at
         if not -ABOUT <= age <= model.time.t_f - steps * time.dt + ABOUT:
@@ -215,11 +216,12 @@ def mover_obstacles(
                 f"mover_obstacles: expected a mover within the law of its tracks, up to "
                 f"{model.domain.hi[0]:.3g} m/s; this one goes {mover.k[0]:.3g} m/s."
             )
-        ends = max(age, 0.0) + time.dt * (np.array(spans) + np.array([0, 1]))
+        ends = max(age, 0.0) + time.dt * (np.array(parts) + np.array([0, 1]))
         A = directions(mover.heading)
         reach = reach_of(model, mover.k, Disc(radius), directions(0.0)) + A @ mover.place
         reach += SLACK + ABOUT * model.domain.hi[0]  # who goes as fast as its law has
         obstacles += polytopes(A, reach, model.time.dt, ends.tolist())
+        names.append(content_hash(A, reach)[:12])
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
     some = counted(n, "mover")
     if eps is None:
@@ -246,8 +248,8 @@ def mover_obstacles(
     )
     until = rounded_down(str(steps * time.dt), 3)
     said = f"Until {until} s after the pose at {exact(at)} s, against {some}. {without_braces(law)}"
-    spans = spans_of(0, steps - 1, every, time.dt, float(at), said=law)
-    return Moving(obstacles, spans * n, steps * time.dt, said)
+    spans = [Span(x, time.dt, float(at), None, law, name) for name in names for x in parts]
+    return Moving(obstacles, spans, steps * time.dt, said)
 
 
 def directions(heading: float) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import as_float64
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_up
 from parc_jax.common.options import check_count
@@ -68,7 +68,9 @@ def moving(
     speed = f"within {most} of the velocity told" if v.any() else f"no faster than {most}"
     when = "" if at is not None else "stands as told when a plan begins, "
     said = f"Who moves {when}is {speed}, and told of as all of its places in {wide}."
-    spans = spans_of(first, last, every, dt, at, said=said if off_by or v.any() else "")
+    said = said if off_by or v.any() else ""
+    mover = content_hash(poly.A, poly.b, v, [off_by, first, last])[:12]
+    spans = spans_of(first, last, every, dt, at, None, said, mover)
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))
     ends = [(first * step - SAME, (last + 1) * step + SAME) for first, last in spans]
@@ -77,12 +79,10 @@ def moving(
     return [hpolytope(A, b) for b in bounds], spans
 
 
-def spans_of(
-    first: int, last: int, every: int, dt: float, at: float | None, of: Any = None, said: str = ""
-) -> list[Span]:
-    """Spans of so many intervals each, from the first to the last. Arguments as of `Span`."""
+def spans_of(first: int, last: int, every: int, *told: Any) -> list[Span]:
+    """Spans of so many intervals each, from the first to the last. told: as of `Span`."""
     pairs = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
-    return [Span(pair, dt, at, of, said, more=pair[1] < last) for pair in pairs]
+    return [Span(pair, *told) for pair in pairs]
 
 
 def require_under_way(spans: Sequence[Span | None]) -> None:

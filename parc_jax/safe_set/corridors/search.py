@@ -51,8 +51,6 @@ SLIVERS = 0.1  # while more than this share is outside, plain draws say enough o
 # [target] share of a look that may stay without a corridor: those points cost most and hold least
 LEAVE = 0.1
 LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outside
-
-
 SHARE_CONFIDENCE = 0.99  # of the interval of the safe share
 _log = logging.getLogger(__name__)
 UNTIMED = dict.fromkeys(("first_sample_s", "first_corridor_s", "corridors_s"))
