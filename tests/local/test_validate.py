@@ -16,7 +16,6 @@ from toy_file import hashed
 import parc_jax as pj
 from parc_jax.answer.looks import Looks, looks_of_json
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.plot.samples import samples
 from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import VALIDATED_SET, explained
 from parc_jax.app.study.settings import Study
@@ -225,9 +224,6 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     short = validated.summary()  # which had neither a scene nor a confidence
     assert "fails with probability at most 0.05 in this scene, confidence 0.9: (V)" in short
     assert "Safe under a tube that runs may leave: " in short
-    titles = [samples(one).axes[0].get_title("left") for one in (validated, answer)]
-    assert titles[0] == f"{len(validated.samples)} safe samples under a tube that runs may leave"
-    assert titles[1] == f"{len(answer.samples)} safe samples"
     assert f"at most 0.05: {accepted.n:,} of" in said and f"{accepted.discard:,} of their" in said
     assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
     assert "% of the plans whose first point ends in the goal" in validation.summary()

@@ -17,6 +17,7 @@ from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.system import time_grid
 from parc_jax.proof.regions import enumerate_regions
 
@@ -47,6 +48,13 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     for points in (answer.samples[:, :2], answer.samples[:, :2] + K, grown):
         assert (points >= lo).all() and (points <= hi).all()
     assert {p.name for p in tmp_path.iterdir()} == {"a.png", "a.pdf"}
+
+
+def test_samples_of_a_validated_set_are_safe_under_a_tube_that_runs_may_leave(answer):
+    tested = toy_answer()
+    tested.model = answer.model.replace(claim=replace(answer.model.claim, kind=VALIDATED))
+    titles = [samples(one).axes[0].get_title("left") for one in (tested, answer)]
+    assert titles == ["4 safe samples under a tube that runs may leave", "4 safe samples"]
 
 
 def test_samples_show_the_body_and_the_tube_of_every_point():
