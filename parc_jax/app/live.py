@@ -322,11 +322,9 @@ def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait
     `run()` waits and `stop()` ends it. Needs the extra `live`. Raises InputError.
     """
     if isinstance(source, Answer):
-        asked = source.scene.nominal
-        of, pose = asked.query or asked, asked.pose
-        problem, source = of.problem, of.model
-        if pose is not None and at is None:
-            at = [*pose.place, *([] if pose.heading is None else [pose.heading])]
+        asked = source.scene.nominal.told
+        problem, source = asked.problem, asked.model
+        at = asked.pose.values if at is None and asked.pose is not None else at
     if not isinstance(source, TrajectoryModel) or not isinstance(problem, Problem):
         raise InputError(
             "live: expected an answer, or a model and a problem; got "

@@ -1,5 +1,6 @@
 """What is dragged, and the plans that follow: without a browser, but for the last tests."""
 
+import jax
 import numpy as np
 import pytest
 from compilations import compiled_by
@@ -9,7 +10,7 @@ from toy_models import line_model, told
 
 import parc_jax as pj
 import sims
-from parc_jax.app import cli
+from parc_jax.app import cli, live_page
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
 from parc_jax.app.live_page import about_set
@@ -244,6 +245,26 @@ def test_a_pose_is_dragged_and_turned():
     assert len(drawn.plans) and np.allclose(way[:, 0], [0.3, 0.2, 0.0])
     ends = drawn.plans[:, 2:] @ np.array([[np.cos(1), np.sin(1)], [-np.sin(1), np.cos(1)]])
     assert np.allclose(way[:, -1, :2], ends + np.array([[0.3, 0.2]])) and np.isfinite(corners).all()
+
+
+def test_an_answer_of_a_file_opens_in_its_own_frame(monkeypatch, tmp_path):
+    """It was told in the robot's, and is not turned and moved once more."""
+    opened = []
+    monkeypatch.setattr(live_page, "Page", lambda page, port: opened.append(page))
+    turning = told(line_model(e=0.01, half=2.5), rotation=("turns",))
+    scene = pj.reach_avoid(pj.box([0.5, 0.5, -9.0], [2.5, 2.5, 9.0]), BLOCKS, 0.05)
+    settings, at = pj.Settings(samples=3, samples_only=True, proof=False), (1.0, 0.5, 0.5)
+    answer = pj.Planner(turning).solve(scene, jax.random.key(0), settings, at=at)
+    for one in (answer, pj.load_answer(answer.save(tmp_path / "answer.json"))):
+        pj.figures.live(one, wait=False)
+    known, again = (page.scene() for page in opened)
+    assert [list(page.at) for page in opened] == [list(at), [0.0, 0.0]]
+    np.testing.assert_array_equal(again.goal_A, known.goal_A)
+    np.testing.assert_allclose(again.goal_b, known.goal_b)
+    for mine, own in zip(
+        again.nominal.problem.obstacles, known.nominal.problem.obstacles, strict=True
+    ):
+        np.testing.assert_allclose(mine.b, own.b)
 
 
 @pytest.mark.parametrize("n_p", [2, 3])
