@@ -90,7 +90,7 @@ def resting_on(asked: NominalProblem) -> list[str]:
     told = [about_points(asked.problem)]
     told += [about_obstacles(asked.problem, asked.model.time)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
-    told += [] if asked.pose is None else [about_pose(asked.pose, (asked.query or asked).model)]
+    told += [] if asked.pose is None else [about_pose(asked.pose, asked.told.model)]
     return [text for text in told if text]
 
 
@@ -260,7 +260,7 @@ def summary(answer, drawn: str) -> str:
     more = [
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,
-        asked.pose and about_pose(asked.pose, (asked.query or asked).model),
+        asked.pose and about_pose(asked.pose, asked.told.model),
         asked.uncertainty and f"Robust to: {asked.uncertainty.words}.",
         answer.validation and answer.validation.summary(),
     ]
@@ -314,7 +314,7 @@ def details(answer, drawn: str, polytopes: int) -> str:
     """`Answer.details`, with a number of polytopes. drawn: as of `summary`."""
     asked, cover, absence = answer.scene.nominal, answer.cover, answer.absence
     uncertainty, claim = asked.uncertainty, answer.model.claim
-    tube = [about_pose(asked.pose, (asked.query or asked).model)]
+    tube = [about_pose(asked.pose, asked.told.model)]
     told = [about_scene(asked.pose, answer.problem, answer.model), about_points(asked.problem)]
     told.append(about_obstacles(asked.problem, answer.model.time))
     scene = " ".join(filter(None, told))

@@ -13,7 +13,7 @@ import numpy as np
 
 from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
-from parc_jax.answer.risk import about_draw, measured_of, risk_of_draw
+from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError
@@ -256,7 +256,7 @@ class Answer:
         if uncertainty is not None:
             of_k, chosen = uncertainty.parameters
             part = self.model.domain.volume / uncertainty.k_volume if chosen == of_k else 0.0
-        if not part or measured_of(self.scene.nominal):
+        if not part or self.model.given:
             return 0.0
         return part * once(self._plans, SafePlans.share_of_k)
 

@@ -10,7 +10,7 @@ from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
 from parc_jax.learning.bound.statement import VALIDATED, confidence_of, probability
 from parc_jax.learning.labels import name_of
-from parc_jax.problem.robust.nominal import NominalProblem
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.statement import about_risk, about_sensing
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     promised = claim.risk(density=1.0, claimed=True)  # nothing is safe in bins without claim
     if isinstance(promised, NoStatement):
         return promised
-    if none := measured_of(answer.scene.nominal):
+    if none := measured_of(answer.model):
         return none
     if not claim.law.is_even:
         law = claim.law.k_law
@@ -45,9 +45,8 @@ def risk_of_draw(answer: "Answer") -> Risk | NoStatement:
     return risk
 
 
-def measured_of(asked: NominalProblem) -> NoStatement | None:
+def measured_of(model: TrajectoryModel) -> NoStatement | None:
     """No statement of draws of k where some of k is measured at the start, also if left free."""
-    model = (asked.query or asked).model
     names = ", ".join(name_of(model.labels.k[axis]) for axis in model.given)
     return NoStatement(f"{names} is measured at the start, and drawn by nobody") if names else None
 
@@ -59,7 +58,8 @@ def about_draw(answer: "Answer") -> str:
     if claim.kind == VALIDATED:
         most, how = probability(claim.premises["risk"], 2), "drawn by `sample`"
         if recorded(claim):
-            how = "for k of one run, drawn from a new recording, from a start that `starts` draws,"
+            start = "a start that `starts` draws" if answer.scene.at is None else "this start"
+            how = f"for k of one run, drawn from a new recording, from {start},"
         sure = f"in this scene, confidence {confidence_of(claim.premises)}"
         return f"Risk: a plan {how} fails with probability at most {most} {sure}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)

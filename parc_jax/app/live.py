@@ -341,9 +341,8 @@ def live(source, problem: Problem | None = None, at=None, port: int = 8080, wait
                 "live: expected an answer that knows its question; a file in the robot's frame, or "
                 "under an uncertainty, does not. Give the model and the problem, with its `at`."
             )
-        problem, source, pose = asked.problem, asked.model, asked.pose
-        if pose is not None and at is None:
-            at = [*pose.place, *([] if pose.heading is None else [pose.heading])]
+        problem, source = asked.problem, asked.model
+        at = asked.pose.values if at is None and asked.pose is not None else at
     if not isinstance(source, TrajectoryModel) or not isinstance(problem, Problem):
         raise InputError(
             "live: expected an answer, or a model and a problem; got "

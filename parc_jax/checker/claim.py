@@ -38,6 +38,10 @@ OF_A_RECORDING = (
     "a plan whose k is that of a new recording for which this set has a start, one of 400 "
     "that are drawn so as to end in the goal, and whose p0 is the first such start"
 )
+FROM_ONE = (
+    "a plan from ({}) m in the scene's frame whose k is that of a new recording for which this set "
+    "has such a plan"
+)
 # Assumptions with numbers, and the fields of the evidence that have these.
 UNSEEN, BETWEEN, STEPS = "UNSEEN", "INTERSAMPLE", "DISCRETE_TIME"
 COUNTED = ("WORKERS_LOST", "LEFT_OUT")
@@ -288,7 +292,9 @@ def words_of(claim: dict, law: dict) -> list:
     """The words that a claim may have for its law."""
     said, recorded = described(law), unit_of(claim) == "recordings"
     if claim["kind"] == TESTED:
-        drawn = f"{OF_A_RECORDING}, run" if recorded else f"{DRAWN}, run afresh"
+        start = ", ".join(decimal(number(x)) for x in listed(claim["evidence"], "at"))
+        of_one = FROM_ONE.format(start) if start else OF_A_RECORDING
+        drawn = f"{of_one}, run" if recorded else f"{DRAWN}, run afresh"
         return [f"{drawn} in this scene by {said}"]
     if claim.get("bin_eps") is not None:
         bins = ("bin", "bin"), ("block of bins", "block")

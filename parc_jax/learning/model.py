@@ -1,6 +1,7 @@
 """A system's model: network and claim in one file; loading refuses incomplete or mixed ones."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from parc_jax.learning.bound.error_set import ErrorTemplate
 from parc_jax.learning.bound.fresh import identity_of
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube, tube_arrays, tube_from_arrays
-from parc_jax.learning.labels import Labels
+from parc_jax.learning.labels import Labels, name_of
 from parc_jax.learning.network.predict import Layout
 from parc_jax.learning.network.relu import ReLUNetwork, relu_network
 from parc_jax.learning.network.rounding import UNIT, RoundingBound, rounding_bound
@@ -77,7 +78,10 @@ class TrajectoryModel:
     @property
     def given(self) -> tuple[int, ...]:
         """Axes of k that are measured at the start, as of `given_of`."""
-        return self.claim.subject.given
+        # older files of questions that copy the model have it in their ledger alone
+        told = re.search(r"HIDDEN_START\(given (.*?)\)(; |$)", "; ".join(self.claim.assumptions))
+        names, k = re.split(", | and ", told[1]) if told else [], self.labels.k
+        return self.claim.subject.given or tuple(i for i, x in enumerate(k) if name_of(x) in names)
 
     @property
     def tube(self) -> Tube:

@@ -3,6 +3,7 @@ answers, and asked of every question.
 """
 
 import json
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -11,9 +12,11 @@ from toy_models import assumed, told
 from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
+from parc_jax.app import live_page
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
@@ -29,6 +32,7 @@ from sims.asv.what_helps import safe_volume
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)
 GOAL = pj.box([0.2, -0.3], [0.9, 0.3])
+NOBODY = "v0 is measured at the start, and drawn by nobody"
 SCENE = pj.reach_avoid(GOAL, [pj.box([-0.2, 0.4], [1.2, 0.6])], 0.1)
 MEASURED = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": 0.5}))
 ROUGHLY = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": (0.49, 0.51)}))
@@ -145,8 +149,42 @@ def test_what_is_free_is_chosen_with_the_rest():
     assert free.uncertainty.is_nothing and query(free, model).nominal().model is model
     rough = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, k={"v0": 0.01}))
     under = query(rough, model).nominal()
-    assert under.model.n_k == 2 and under.model.given == ()
+    assert under.model.n_k == 2 and under.model.given == (0,)
     assert under.uncertainty.words == "every execution with v0 off by up to 0.01 m/s"
+
+
+SLOW = [pytest.param(more, marks=pytest.mark.slow) for more in ({}, {"heading": 0.01})]
+
+
+@pytest.mark.parametrize("more", [{"k": {"v": 0.01}}, *SLOW], ids=str)
+def test_what_is_measured_and_free_is_drawn_by_nobody_also_in_a_file(claim, more, tmp_path):
+    """Also where the question copies the model, whose k it then is of."""
+    model = told(pj.learning.trajectory_model(settled_network(), claim), rotation=())
+    free = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": "free"}, **more))
+    answer = pj.Planner(model).solve(free, KEY, pj.Settings(samples=3, target=0.1))
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    for one in (answer, again):
+        assert one.status.found and one.model.given == (0,) and one.share_of_k() == 0
+        assert one.risk().reason == NOBODY and NOBODY in one.summary()
+        header = pj.exchange.write_c(one, tmp_path / "measured.h").read_text()
+        assert "Measured at the start, and not to be chosen: k[0] (v0 [m/s])." in header
+        assert "measured_N_MEASURED 1" in header
+    seen = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(live_page, "Page", lambda page, port: seen.append(page))
+        pj.figures.live(answer if more else again, wait=False)
+    assert seen[0].scene().model.given == (0,)
+
+
+def test_a_copy_in_an_older_file_is_told_by_its_ledger(claim):
+    """Which named what is measured, where the copy itself did not."""
+    older = derived(claim, subject=replace(claim.subject, given=()))
+    model = pj.learning.trajectory_model(settled_network(), older)
+    assert model.given == (0,)
+    others = model.with_labels({"k": ("v [m/s]", "load [kg]")})
+    assert others.given == ()
+    two = ("IID", "HIDDEN_START(given load and v)", "FRESH(and so on)")
+    assert others.replace(claim=derived(others.claim, assumptions=two)).given == (0, 1)
 
 
 EDGES = [

@@ -713,7 +713,25 @@ def tested_by_recordings(ids=IDS):
     return build.rehash(answer)
 
 
-VALID |= {make.__name__: make for make in (tested, tested_by_recordings)}
+def tested_from_one_start(said="-0.25, 0"):
+    """The same, all from one start, which its words name."""
+    answer = tested_by_recordings()
+    law = answer["claim"]["quantifier"].removeprefix(OF_A_RECORDING)
+    answer["claim"]["quantifier"] = (
+        f"a plan from ({said}) m in the scene's frame whose k is that of a new recording for which "
+        f"this set has such a plan, run in this scene by{law}"
+    )
+    answer["claim"]["evidence"]["at"] = ["-0x1p-2", "0x0p+0"]
+    return build.rehash(answer)
+
+
+VALID |= {make.__name__: make for make in (tested, tested_by_recordings, tested_from_one_start)}
+bad("a set of one start in words of another", lambda: tested_from_one_start("0.25, 0"))
+bad("a set of a start in no list", tested_from_one_start, claim__evidence__at="0")
+bad("a set of one start in words of drawn ones", tested_by_recordings, **{
+    "claim__evidence__at": ["-0x1p-2", "0x0p+0"],
+})  # fmt: skip
+bad("a set of drawn starts in words of one", tested_from_one_start, claim__evidence__at=None)
 bad("a tested set of fewer recordings than tests", lambda: tested_by_recordings(IDS[:499]))
 bad("a tested set with other recordings", tested_by_recordings, claim__evidence__tested=IDS[::-1])
 bad("a tested set of recordings in one text", lambda: tested_by_recordings(500 * "a"))

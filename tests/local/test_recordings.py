@@ -190,6 +190,21 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         again.sample(KEY, 3)
 
 
+def test_of_one_start_the_sentence_names_it_and_tells_of_no_drawn_ones(model, tmp_path):
+    """From each of which the same k would end elsewhere."""
+    asked = Validate(recorded(2000, 6), RISK, DELTA, scales=(1.0, 0.8))
+    at, k = np.array([-0.25, 0.0]), "whose k is that of a new recording for which this set has"
+    found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked, at=at).validation
+    said = f"a plan from (-0.25, 0) m in the scene's frame {k} such a plan, run in this scene by"
+    path = found.answer.save(tmp_path / "validated.json")
+    known = load_answer(path).model.claim.quantifier
+    assert known.startswith(f"{said} file:toy (k as logged") and known in found.details()
+    printed = list(summary(check_answer(load(path))))
+    assert f"  assumed  law: {known}" in printed
+    assert "this start, fails" in found.summary() and "400" not in found.details()
+    assert "from this start, fails" in found.answer.summary()
+
+
 def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path):
     again = pj.load(model.save(tmp_path / "model.npz"))
     assert np.array_equal(again.held.hashes(), recorded(N, 2).hashes())

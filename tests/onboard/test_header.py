@@ -259,12 +259,18 @@ def test_the_nearest_plan_is_safe_and_near(tmp_path):
     assert header.nearest(np.array([9.0, 9.0]), safe) is None
 
 
+COPIED = [
+    pytest.param(more, marks=pytest.mark.slow) for more in ({"k": [0.01, 0.0]}, {"heading": 0.01})
+]
+
+
 @needs_compiler
-def test_the_nearest_plan_leaves_what_is_measured_as_it_is(tmp_path):
-    """A robot's speed is none that it may choose."""
-    line = told(line_model(e=0.02), given=(1,))
+@pytest.mark.parametrize("more", [{}, *COPIED], ids=str)
+def test_the_nearest_plan_leaves_what_is_measured_as_it_is(more, tmp_path):
+    """A robot's speed is none that it may choose, also where the question copies the model."""
+    line = told(line_model(e=0.02), given=(1,), rotation=("turns",))
     goal, block = pj.box([0.4, -0.3, -9.0], [0.9, 0.3, 9.0]), pj.box([0.3, 0.35], [0.6, 0.6])
-    any_speed = pj.Uncertainty(given={name_of(line.labels.k[1]): "free"})
+    any_speed = pj.Uncertainty(given={name_of(line.labels.k[1]): "free"}, **more)
     start = pj.box([-0.1, -0.1], [0.1, 0.1])
     problem = pj.reach_avoid(goal, [block], 0.05, start=start, uncertainty=any_speed)
     answer = pj.Planner(line).solve(problem, jax.random.key(0), pj.Settings(proof=False))

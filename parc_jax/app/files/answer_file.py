@@ -14,7 +14,7 @@ from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.body import Body
 from parc_jax.problem.problem import Problem, Span
-from parc_jax.problem.robust.nominal import NominalProblem, Query
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
 from parc_jax.problem.robust.realisations import robustness_of_json
 from parc_jax.problem.world.outlines import edge_of
@@ -168,8 +168,9 @@ def _nominal(problem: Problem, model: TrajectoryModel, meta: dict) -> NominalPro
         *place, heading = meta["pose"]
         pose = Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
     here = at is None if pose is None else pose.heading is None
-    query = Query(problem, model, pose) if here and uncertainty is None else None
-    return NominalProblem(problem, model, uncertainty, at, pose, query)
+    about = problem, model, uncertainty, at, pose
+    query = NominalProblem(*about).told if here and uncertainty is None else None
+    return NominalProblem(*about, query)
 
 
 def _no_plan(certificate, volumes, ended: Ended | None, scene: Scene) -> NoPlan | None:

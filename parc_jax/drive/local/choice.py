@@ -132,7 +132,7 @@ class Choice:
         """P(a run leaves the tube), k uniform on `safe_box`: eps / its share of K. [T5, T23]"""
         if self.safe_box is None:
             return NoStatement("no box around the plan was proved safe")
-        if none := measured_of(self.scene.nominal):
+        if none := measured_of(self.model):
             return none
         claim = self.model.claim
         if claim.kind == "pac" and claim.law.k_law != "uniform":

@@ -111,7 +111,7 @@ class Near:
         """
         if self.proved is None or self.answer is None:
             return NoStatement("no box around the plan was proved safe under the local tube")
-        none = measured_of(self.answer.scene.nominal)
+        none = measured_of(self.answer.scene.nominal.told.model)
         return none or self.model.claim.risk(share=self.held)
 
     @property

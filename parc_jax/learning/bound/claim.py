@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.checker.claim import DRAWN, OF_A_RECORDING
+from parc_jax.checker.claim import words_of
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.premises import Premises
@@ -254,15 +254,14 @@ def scene_claim(claim: ErrorClaim, tube: Tube, law: LawSpec, evidence: dict, **s
     """
     if RECORDED_IDS in evidence:
         law = logged_on(law, claim.domain)
-        how = f"{OF_A_RECORDING}, run in this scene"
     else:
         at = ", ".join(map(exact, nearest_floats(evidence.get("at") or [])))
         start = f", all from ({at}) m in the scene's frame" if at else ""
         law = replace(law, k_law=f"a uniform draw from the set{start}")
-        how = f"{DRAWN}, run afresh in this scene"
-    quantifier = f"{how} by {law.describe()}"
-    about = {"quantifier": quantifier, "looks": 1, "bin_eps": None, "evidence": evidence}
-    return _bound(replace(claim, kind=VALIDATED, tube=tube, law=law, **about, **shown))
+    about = {"kind": VALIDATED, "looks": 1, "bin_eps": None, "evidence": evidence}
+    found = replace(claim, tube=tube, law=law, **about, **shown)
+    facts = found.facts()
+    return _bound(replace(found, quantifier=words_of(facts, facts["law"])[0]))
 
 
 def recorded(claim: ErrorClaim) -> bool:

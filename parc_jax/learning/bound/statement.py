@@ -156,8 +156,8 @@ def _in_scene(p: Premises) -> str:
     seen = f"{n:,} of {p['tests']:,}"
     if "recordings" in p:
         tests = (
-            f"{seen} held-out recordings ({p['recordings'][:12]}) had such a start in it "
-            f"({p['set']}), and at most {p['failed of them']:,} of these failed from there"
+            f"{seen} held-out recordings ({p['recordings'][:12]}) had such a plan in it "
+            f"({p['set']}), and at most {p['failed of them']:,} of these failed"
         )
     else:
         tests = (

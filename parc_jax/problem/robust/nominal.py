@@ -39,7 +39,7 @@ from parc_jax.problem.robust.realisations import (
     words,
 )
 from parc_jax.problem.robust.vertex_model import copied_model, copied_problem
-from parc_jax.problem.uncertainty import Uncertainty
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 from parc_jax.problem.world.moving import require_under_way
 from parc_jax.problem.world.outlines import BASE, Edge
 
@@ -158,6 +158,13 @@ class NominalProblem:
     at: np.ndarray | None = None
     pose: Pose | None = None
     query: Query | None = None
+
+    @property
+    def told(self) -> Query:
+        """The query behind it; of a file without one this very problem, what is measured free."""
+        free = Uncertainty(given={i: FREE for i in self.model.given}) if self.model.given else None
+        problem, at = replace(self.problem, uncertainty=free), self.at
+        return self.query or Query(problem, self.model, None if at is None else Pose(at))
 
 
 def _require_places(body: Disc | Polygon | Body, model: TrajectoryModel) -> None:

@@ -94,7 +94,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
         domain=domain,
         points=_copies_of(model.points, n_v * n_r) if several else model.points,
         rotation=None if model.rotation is None else model.rotation * n_v,
-        given=(),  # a measured parameter that is still there is free
+        given=tuple(chosen.index(axis) for axis in model.given if axis in chosen),  # if free
         labels=valid_labels(model.n_p, model.n_q * n_v, len(chosen), named.p, q, k),
     )
     bin_eps, known = None, model.claim.bin_eps

@@ -247,10 +247,16 @@ let described pairs get hash =
 let of_a_recording = "a plan whose k is that of a new recording for which this set has a start, one of 400 that are drawn \
   so as to end in the goal, and whose p0 is the first such start"
 
+(* The same of a set whose plans have one start. *)
+let from_one = Printf.sprintf "a plan from (%s) m in the scene's frame whose k is that of a new recording for \
+  which this set has such a plan"
+
 (* The words that a claim may have for its law. *)
 let words o pairs said =
   if field "kind" o = Some (Str "validated") then
-    [ (if recorded o then of_a_recording ^ ", run" else "a plan drawn uniformly from this set, run afresh")
+    let start = List.map (fun x -> decimal (number x)) (listed [ "evidence"; "at" ] o) in
+    let of_one = if start = [] then of_a_recording else from_one (String.concat ", " start) in
+    [ (if recorded o then of_one ^ ", run" else "a plan drawn uniformly from this set, run afresh")
       ^ " in this scene by " ^ said ]
   else if at [ "bin_eps" ] o <> None then
     let about (several, one) =
