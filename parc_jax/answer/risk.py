@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import NoStatement, Risk, risk_of
-from parc_jax.learning.bound.statement import VALIDATED, confidence_of, probability
+from parc_jax.learning.bound.statement import VALIDATED, confidence_of, in_box, probability
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.statement import about_risk, about_sensing
@@ -64,7 +64,8 @@ def about_draw(answer: "Answer") -> str:
         return f"Risk: a plan {how} fails with probability at most {most} {sure}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)
     about = density, answer.coverage.confidence, claim.premises
-    text = about_risk(risk, "all that the corridors hold", *about)
+    drawn = f"all that the corridors hold{in_box(answer.scene.box_of_k)}"
+    text = about_risk(risk, drawn, *about)
     if uncertainty is None:
         return text
     if uncertainty.sensing_eps:

@@ -185,6 +185,7 @@ BESIDE = {
     ("drive/local/trials.py", "assumptions"),
     ("drive/local/trials.py", "evidence"),
     ("drive/local/validate.py", "evidence"),
+    ("learning/model.py", "assumptions"),
     ("learning/model.py", "evidence"),
     ("problem/robust/vertex_model.py", "bin_eps"),
     ("problem/world/movers.py", "eps"),

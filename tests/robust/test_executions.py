@@ -274,7 +274,7 @@ def unknown():
 @pytest.mark.night
 def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     model, problem = toy_case(0)
-    assert unknown.proved and len(unknown.samples) and unknown.samples.shape[1] == 3
+    assert unknown.cover.proved and len(unknown.samples) and unknown.samples.shape[1] == 3
     for plan in unknown.samples[:5]:
         for _ in range(5):
             k = [plan[2] + 0.02 * corners_and_inside(rng, 1)[0], rng.uniform(0.1, 0.25)]

@@ -305,7 +305,7 @@ def check_edges(tube: Tube, domain: Box) -> None:
     for axis, edge in enumerate(tube.edges):
         if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
             raise InputError(
-                f"tube: expected bins that span K = {_box(domain)}; along axis {axis} they cover "
+                f"tube: expected bins that span K = {domain.text}; along axis {axis} they cover "
                 f"[{exact(edge[0])}, {exact(edge[-1])}]. Make them on K, or run all of these."
             )
 
@@ -333,7 +333,7 @@ def _check_law(claim: ErrorClaim) -> None:
     law, K = claim.law, claim.domain
     if _corners(K) != (law.lo, law.hi) and not law.k_law.endswith(PART):
         raise InputError(
-            f"claim: expected K = {_box(K)} to be that of the law of its runs, {law.describe()}; "
+            f"claim: expected K = {K.text} to be that of the law of its runs, {law.describe()}; "
             "take domain and law of the same runs."
         )
 
@@ -352,8 +352,3 @@ def _hash(claim: ErrorClaim) -> str:
 
 def _corners(domain: Box) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))
-
-
-def _box(domain: Box) -> str:
-    sides = zip(domain.lo, domain.hi, strict=True)
-    return " x ".join(f"[{exact(lo)}, {exact(hi)}]" for lo, hi in sides)
