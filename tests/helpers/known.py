@@ -408,6 +408,7 @@ bad(
     problem__body=build.one_part({"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}),
 )
 bad("touching by less than the rounding of a root", **rounding(1))
+bad("touching by the part of a root below the last unit", **rounding(0))
 bad("contact at the first knot only", samples__0__p0=["0", "-0.25"])
 bad("contact at the last knot only", network__weights__1__3=["-0.5"], sets=[])
 bad(

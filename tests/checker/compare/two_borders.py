@@ -12,6 +12,7 @@ import json
 from fractions import Fraction as F
 
 import answer_files as build
+from rows_of_sets import set_rows
 
 from parc_jax import checker
 
@@ -29,7 +30,7 @@ def faces(answer, piece):
 
 def members(answer, piece, context):
     """Points (p0, k) of a polytope on the faces of its bin and beside them, by the Python rows."""
-    rows = context.set_rows(piece)
+    rows = set_rows(context, piece)
     n = len(piece["p0"])
     for (axis, edge, shared), step in itertools.product(faces(answer, piece), (-NEAR, F(0), NEAR)):
         x = [build.value(v) for v in piece["p0"] + piece["k"]]
