@@ -47,10 +47,10 @@ def write_page(
     """Write the page of an answer, or of an episode in the plane: one file without a server.
 
     Of an answer: scene, time slider, p0 and k by dragging or typing, live verdict, certificates.
-    The page judges in double precision: pictures, not proofs. It calls a plan proved only inside
-    one of the answer's samples, corridors or, where they are given, polytopes, which `parc-jax
-    check` verifies. Answers up to 20 MB are stored in the page, and a button has the proved checker
-    check them there.
+    The page judges in double precision: pictures, not proofs. It calls a plan proved (of an answer
+    without a proof: shown in float64) only inside one of the answer's samples, corridors or, where
+    they are given, polytopes, which `parc-jax check` verifies. Answers up to 20 MB are stored in
+    the page, and a button has the proved checker check them there.
 
     Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
     its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
@@ -110,7 +110,8 @@ def page_data(answer, polytopes=None) -> dict:
             if rows is not None
         ],
         "system": model.system,
-        "labels": model.labels._asdict(),
+        "labels": model.labels._asdict() | {"p": shapes.axes_of(answer)},
+        "box": model.claim.law.box,
         "level": answer.status.label,
         "statement": answer.details(),
         "claim": in_short(model.claim),
@@ -136,7 +137,7 @@ def page_data(answer, polytopes=None) -> dict:
 def model_data(model, problem) -> dict:
     """Data of the page's verdict on a plan: network, tube, body, goal, start, obstacles."""
     tube, faces = model.tube, model.tube.templates
-    lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
+    lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins)).tolist()
     return {
         "n_p": model.n_p,
         "n_k": model.n_k,
@@ -156,7 +157,7 @@ def model_data(model, problem) -> dict:
             "edges": [edge.tolist() for edge in map(np.asarray, tube.edges)],
             "interval": tube.finite_widths[0].tolist(),
             "faces": None if faces is None else _faces(faces.interval),
-            "lost": np.minimum(lost, NO_CLAIM).tolist(),
+            "lost": [row if ok else None for row, ok in zip(lost, tube.claimed, strict=True)],
         },
     }
 
@@ -211,7 +212,7 @@ def outlines(answer, polytopes) -> dict[str, list]:
     pairs = [*sides, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
     return {
         f"{i},{j}": [
-            [[_short(x), _short(y)] for x, y in shapes.hull(points)]
+            [[float(f"{x:.{DIGITS}g}") for x in place] for place in shapes.hull(points)]
             for points in (polytopes.project((i, j)) if polytopes else ())
         ]
         for i, j in pairs
@@ -257,10 +258,6 @@ def _obstacles(problem, n_steps: int, views) -> list[dict]:
 
 def _rows(polytope) -> dict:
     return {"A": polytope.A.tolist(), "b": polytope.b.tolist()}
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 def episode_data(stage: Stage) -> dict:

@@ -175,6 +175,13 @@ def views_of(n_p: int) -> tuple[View, ...]:
     return (TOP,) if n_p == 2 else (TOP, SIDE, FRONT)
 
 
+def axes_of(answer) -> list[str]:
+    """Labels of the axes of an answer's workspace, which name the frame where it is the robot's."""
+    pose = answer.scene.nominal.pose
+    frame = ", robot's frame" if pose is not None and pose.heading is not None else ""
+    return [label + frame for label in answer.model.labels.p]
+
+
 class SceneView:
     """The scene of an answer in one view: outlines of its goals and obstacles, the parts of its
     body, and, where the body is one point, the obstacles grown by it.
@@ -182,9 +189,7 @@ class SceneView:
 
     def __init__(self, answer, view: View):
         model, problem = answer.model, answer.problem
-        self.view, self.n_p, pose = view, model.n_p, answer.scene.nominal.pose
-        frame = ", robot's frame" if pose is not None and pose.heading is not None else ""
-        self.labels = [label + frame for label in model.labels.p]
+        self.view, self.n_p, self.labels = view, model.n_p, axes_of(answer)
         self.parts = numbered(problem.body, model.points)
         self.obstacles = [shadow(o, view.axes) for o in problem.obstacles]
         self.single = model.n_c == 2 and len(problem.parts) == 1

@@ -11,11 +11,13 @@ const scenes = data.views.map(({ name, axes }, number) => {
 });
 const plane = new View($("parameters"), false, [42, 20]);
 const strip = new View($("clearance"), false, [34, 6]);
-const state = { p0: [], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], clipped: [], cells: [], starts: [], directions: -1 };
+const state = { p0: [], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], clipped: [], cells: [], starts: [], fields: [], directions: -1, unread: false };
 const CELLS = 36; // across K and across the goal, for what is safe here and now
 const nameOf = (label) => label.replace(/ \[[^\]]*\]$/, "");
 const origin = data.labels.p.map(() => 0); // a start from which paths are offsets
 const endOf = (p0, k) => model.plan(p0, k).path[model.T][0]; // of the first reference point
+const BY = data.level === "float-bounded" ? "shown in float64" : "proved"; // what the answer's certificates do
+const seconds = (knot) => (knot * data.dt).toFixed(2);
 const partsOf = (pair) => (data.parts.length > 1 ? ` with part ${pair.part}` : "");
 // a bound for people, to three digits: never above the value
 const atLeast = (x) => {
@@ -29,25 +31,25 @@ function select(number) {
   state.sample = ((number % data.samples.length) + data.samples.length) % data.samples.length;
   state.p0 = data.samples[state.sample].p0.slice();
   state.k = data.samples[state.sample].k.slice();
-  state.clipped = [];
+  Object.assign(state, { clipped: [], unread: false });
   update();
 }
 
-const clippedTo = (i, v, end) => ` ${nameOf(data.labels.k[i])} = ${v} is outside of K, which ends there at ${end}: that is shown.`;
+const clippedTo = (i, v, end) => ` ${nameOf(data.labels.k[i])} = ${v} is outside of ${data.box}, which ends there at ${end}: that is shown.`;
 
 function move(p0, k) {
   const inside = k.map((v, i) => Math.min(data.domain.hi[i], Math.max(data.domain.lo[i], v)));
   if ($("anchor").checked && p0 === state.p0) {
     p0 = minus(endOf(state.p0, state.k), endOf(origin, inside));
   }
-  Object.assign(state, { p0, k: inside, clipped: k.flatMap((v, i) => (v === inside[i] ? [] : [clippedTo(i, v, inside[i])])) });
+  Object.assign(state, { p0, k: inside, unread: false, clipped: k.flatMap((v, i) => (v === inside[i] ? [] : [clippedTo(i, v, inside[i])])) });
   update();
 }
 
 function update() {
   state.seen = model.verdict(state.p0, state.k);
   const own = state.sample >= 0 && data.samples[state.sample];
-  const at = own && own.p0.every((v, i) => v === state.p0[i]) && own.k.every((v, i) => v === state.k[i]);
+  const at = own && state.seen.tube && own.p0.every((v, i) => v === state.p0[i]) && own.k.every((v, i) => v === state.k[i]);
   state.within = at ? { kind: "sample", number: state.sample, sep: own.sep }
     : state.seen.polytope >= 0 ? { kind: "polytope", number: state.seen.polytope, sep: data.polytopes[state.seen.polytope].sep }
     : state.seen.corridor >= 0 ? { kind: "corridor", number: state.seen.corridor, sep: data.corridors[state.seen.corridor].sep }
@@ -69,27 +71,30 @@ function draw() {
 
 function words() {
   const { seen, within } = state, box = $("verdict");
-  const kind = within ? "proved" : seen.safe ? "safe" : "unsafe";
-  const where = seen.worst ? `obstacle ${seen.worst.pair.obstacle}${partsOf(seen.worst.pair)} at ${(seen.worst.t * data.dt).toFixed(2)} s` : "no obstacle";
-  const room = Number.isFinite(seen.clearance) ? `${atLeast(seen.clearance)} m from ${where}` : where;
+  const kind = state.unread ? "unread" : within ? "proved" : seen.safe ? "safe" : "unsafe";
+  const near = seen.worst; // an interval has no one moment: the tube is of all of it
+  const room = near ? `Least clearance ${atLeast(seen.clearance)} m from obstacle ${near.pair.obstacle}${partsOf(near.pair)} between ${seconds(near.t)} and ${seconds(near.t + 1)} s.`
+    : data.obstacles.length ? "No obstacle is there in that time." : "There is no obstacle.";
+  const missed = seen.start < 0 ? "starts outside of the start set" : model.ends(seen) ? "not all of the tube ends in the goal" : "misses the goal";
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope by more than rounding",
-    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? `Not shown safe: ${seen.start < 0 ? "starts outside of the start set" : "misses the goal"}` : "Not shown safe: touches",
+    unsafe: `Not shown safe: ${!seen.bins.length ? `k lies outside of ${data.box}` : !seen.tube ? "no claim is about this k" : !seen.reaches ? missed : "touches"}`,
+    unread: "This link is not of this answer",
   }[kind];
-  const level = data.level === "exact-proved" ? "proved in exact arithmetic" : "shown in float64";
-  const proof = `${level} by the certificate in the answer file (parc-jax check verifies it)`;
+  const proof = `${BY}${BY === "proved" ? " in exact arithmetic" : ""} by the certificate in the answer file (parc-jax check verifies it)`;
   const lines = {
-    proved: `For every run inside the tube, ${proof}. Least clearance ${room}.`,
-    safe: `Computed by this page in double precision, not proved. Least clearance ${room}.`,
-    unsafe: !seen.tube ? "There is no tube." : `Goal margin ${atLeast(seen.goal.least)}; least clearance ${room}.`,
+    proved: `For every run inside the tube, ${proof}. ${room}`,
+    safe: `Computed by this page in double precision, not proved. ${room}`,
+    unsafe: !seen.tube ? `There is no tube${seen.bins.length ? ` in this bin of ${data.box}` : ""}.` : `Goal margin ${atLeast(seen.goal.least)}. ${room}`,
+    unread: "It names no plan of this answer. What is drawn is another plan.",
   }[kind];
   box.className = kind;
   box.replaceChildren(Object.assign(document.createElement("b"), { textContent: title }), lines, ...state.clipped);
   Object.assign(box.dataset, { kind, clearance: seen.clearance, goal: seen.goal.least, polytope: seen.polytope, corridor: seen.corridor });
   if (data.samples.length) $("sample").value = state.sample;
   $("time").value = state.t;
-  $("clock").textContent = `${(state.t * data.dt).toFixed(2)} of ${(model.T * data.dt).toFixed(2)} s`;
+  $("clock").textContent = `${seconds(state.t)} of ${seconds(model.T)} s`;
   $("fixed").textContent = $("anchor").checked ? "end held" : "start held";
   starts.forEach((field, i) => { show(field, state.p0[i]); });
   state.k.forEach((v, i) => { sliders[i].slider.value = v; show(sliders[i].field, v); });
@@ -103,8 +108,7 @@ function certificate() {
   const several = data.parts.length > 1;
   const rows = data.directions[within.sep].flatMap((runs, number) => runs.map((run) => {
     const pair = model.pairs[number], [first, end, w] = run, size = Math.hypot(...w), now = state.t >= first && state.t < end;
-    const span = `${(first * data.dt).toFixed(2)} to ${(end * data.dt).toFixed(2)}`;
-    return `<tr class="${now ? "now" : ""}"><td>${pair.obstacle}</td>${several ? `<td>${pair.part}</td>` : ""}<td>${span}</td>`
+    return `<tr class="${now ? "now" : ""}"><td>${pair.obstacle}</td>${several ? `<td>${pair.part}</td>` : ""}<td>${seconds(first)} to ${seconds(end)}</td>`
       + `<td>(${w.map((v) => Number((v / size).toPrecision(3))).join(", ")})</td><td>${atLeast(model.runMargin(run, pair, state.seen))}</td></tr>`;
   }));
   out.innerHTML = `<p>Of ${within.kind} ${within.number}: p0 = (${state.p0.join(", ")}), k = (${state.k.join(", ")}). While one direction w holds, the tube stays on`
@@ -126,15 +130,27 @@ function paintSafe() {
     return model.level(anchored ? minus(end, endOf(origin, k)) : state.p0, k);
   };
   const [goalLo, goalHi] = [minus(data.goal_box.lo, offset), minus(data.goal_box.hi, offset)];
-  const fields = scenes.map(({ axes: [a, b] }) => grid([goalLo[a], goalLo[b]], [goalHi[a], goalHi[b]],
-    (x, y) => model.level(state.p0.map((v, axis) => (axis === a ? x : axis === b ? y : v)), state.k)));
-  if (data.n_k > 1) fields.push(grid([lo[i], lo[j]], [hi[i], hi[j]], ofK));
+  const besides = (x, ...axes) => x.filter((_, axis) => !axes.includes(axis));
+  const wanted = scenes.map(({ axes: [a, b] }) => [[state.k, besides(state.p0, a, b)], () => grid([goalLo[a], goalLo[b]], [goalHi[a], goalHi[b]],
+    (x, y) => model.level(state.p0.map((v, axis) => (axis === a ? x : axis === b ? y : v)), state.k))]);
+  // an end that is held still moves by rounding: less than a nanometre is the same end
+  const held = anchored ? end.map((v) => v.toFixed(9)) : state.p0;
+  if (data.n_k > 1) wanted.push([[anchored, held, i, j, besides(state.k, i, j)], () => grid([lo[i], lo[j]], [hi[i], hi[j]], ofK)]);
+  // cells say of what they are: of another k, or start, none is drawn while its own are computed
+  const fields = state.fields = wanted.map(([of, make], n) => {
+    const old = state.fields[n], own = JSON.stringify(of);
+    return old?.of === own ? old : Object.assign(make(), { of: own });
+  });
+  const showDone = () => {
+    const done = fields.map((field) => (field.done() ? field.cells : []));
+    Object.assign(state, { starts: done.slice(0, scenes.length), cells: done[scenes.length] || [] });
+  };
+  showDone();
   const work = () => {
     if (run !== painting) return;
     for (const until = performance.now() + 12; performance.now() < until;) if (fields.every((field) => field.step())) break;
     if (!fields.every((field) => field.done())) { setTimeout(work, 0); return; }
-    state.starts = fields.slice(0, scenes.length).map((field) => field.cells);
-    state.cells = fields[scenes.length]?.cells || [];
+    showDone();
     const proved = state.cells.filter((cell) => cell.level === 2).length;
     Object.assign(document.body.dataset, { starts: state.starts[0].length, cells: state.cells.length, proved });
     draw();
@@ -263,14 +279,14 @@ if (data.n_k > 2)
       state.axes[side] = wanted;
       state.axes.sort((a, b) => a - b);
       $("axes").querySelectorAll("select").forEach((s, n) => { s.value = state.axes[n]; });
-      state.cells = []; frameScene(); update();
+      frameScene(); update();
     };
     $("axes").append(choice);
   }
 
 makePlayer($("play"), $("time"), model.T, data.dt, (t) => { state.t = t; words(); draw(); });
 $("sample").max = data.samples.length - 1;
-$("sample").onchange = () => select(Number($("sample").value));
+$("sample").onchange = () => select(Math.round(Number($("sample").value)));
 $("previous").onclick = () => select(state.sample - 1);
 $("next").onclick = () => select(state.sample + 1);
 $("reset").onclick = () => select(Math.max(0, state.sample));
@@ -279,11 +295,21 @@ window.onresize = () => { for (const view of [...scenes, plane]) view.fit(); dra
 window.onhashchange = readAddress;
 
 function readAddress() {
-  const wanted = new URLSearchParams(location.hash.slice(1)), numbers = (name) => wanted.get(name)?.split(",").map(Number);
-  if (wanted.has("t")) state.t = Math.min(model.T, Math.max(0, Number(wanted.get("t")) || 0));
-  if (wanted.has("sample")) select(Math.trunc(Number(wanted.get("sample"))) || 0);
-  const p0 = numbers("p0") || state.p0, k = numbers("k") || state.k;
-  if ([...p0, ...k].every(Number.isFinite) && p0.length === data.n_p && k.length === data.n_k) move(p0, k);
+  const wanted = new URLSearchParams(location.hash.slice(1)), names = [...wanted.keys()];
+  if (!names.length) return;
+  const known = { p0: data.n_p, k: data.n_k, t: 1, sample: 1 }, told = {};
+  // nothing of a link counts unless all of it can be read: a number that is left out is no 0, and half a plan is another plan
+  const read = names.every((name) => {
+    told[name] = wanted.get(name).split(",").map((text) => (text.trim() ? Number(text) : NaN));
+    return told[name].length === known[name] && told[name].every(Number.isFinite);
+  });
+  const upTo = ([number], last) => Number.isInteger(number) && number >= 0 && number <= last;
+  const { p0, k, t = [state.t], sample } = told;
+  if (!read || !upTo(t, model.T) || !(sample ? upTo(sample, data.samples.length - 1) : !p0 === !k)) { state.unread = true; words(); return; }
+  Object.assign(state, { t: t[0], unread: false });
+  if (sample) select(sample[0]);
+  if (p0 || k) move(p0 || state.p0.slice(), k || state.k);
+  else if (!sample) update();
 }
 
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
@@ -291,6 +317,7 @@ const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 
 $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding(data.corridors.length, "corridor", data.corridor_share)}, `
   + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
+for (const word of document.querySelectorAll(".by")) word.textContent = BY;
 state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
 state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
 if (data.samples.length) Object.assign(state, { sample: 0, p0: data.samples[0].p0.slice(), k: data.samples[0].k.slice() });

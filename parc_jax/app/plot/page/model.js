@@ -35,7 +35,7 @@ function makeModel(data) {
     return { y: x, pattern };
   }
 
-  // numbers of the closed bins that contain k: none outside K, several on a border between bins
+  // numbers of the closed bins that contain k: none outside its box, several on a border between bins
   function binsOf(k) {
     let numbers = [0];
     for (let axis = 0; axis < k.length; axis++) {
@@ -70,7 +70,8 @@ function makeModel(data) {
     const { y, pattern } = forward(k), bins = binsOf(k), path = [];
     const offsets = [...new Array(nP).fill(0), ...y.slice(0, outputs)];
     for (let t = 0, next = 0; t <= T; t++) path.push(data.points.map(() => p0.map((v) => v + offsets[next++])));
-    return { path, q: y.slice(outputs), pattern, bins, tube: bins.length ? tube(bins) : null };
+    const claimed = bins.length && bins.every((bin) => data.tube.lost[bin]);
+    return { path, q: y.slice(outputs), pattern, bins, tube: claimed ? tube(bins) : null };
   }
 
   // the places that the reference points of a part may take in an interval: corners of their hull
@@ -94,6 +95,9 @@ function makeModel(data) {
     return rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.lost);
   }
 
+  // does the predicted end lie in the goal, whatever of its tube does not?
+  const ends = (seen) => rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], data.goal.b.map(() => 0)).least >= 0;
+
   // less what rounding takes of each row, as in the engine's verdict: without it nothing is called proved
   const surely = (seen, p0) => [[data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.lost],
     ...(data.start ? [[data.start, p0, data.start.b.map(() => 0)]] : [])].every(([rows, x, lost], n) =>
@@ -111,7 +115,7 @@ function makeModel(data) {
         if (!active(pair, t)) continue;
         const gap = gapOf(seen, pair, t), mine = gaps[pair.obstacle];
         if (!(mine[t] <= gap)) mine[t] = gap;
-        if (gap < clearance) { clearance = gap; worst = { pair, t }; }
+        if (!worst || gap < clearance) { clearance = gap; worst = { pair, t }; }
       }
     const reaches = goal.least >= 0 && start >= 0;
     const sure = reaches && surely(seen, p0);
@@ -144,7 +148,7 @@ function makeModel(data) {
     return least / Math.hypot(...w);
   }
 
-  // 2: proved, in a returned corridor or polytope; 1: safe for this page's arithmetic alone; 0: not shown safe
+  // 2: proved, or shown in float64 where the answer is: in a returned corridor or polytope; 1: safe for this page's arithmetic alone; 0: not shown safe
   function level(p0, k) {
     const seen = plan(p0, k);
     if (!(goalMargin(seen).least >= 0 && startMargin(p0) >= 0 && touchesNothing(seen))) return 0;
@@ -173,5 +177,5 @@ function makeModel(data) {
   }
 
   const single = data.parts.length === 1 && data.parts[0].points.length === 1; // a body that is one point, grown
-  return { T, pairs, single, plan, verdict, level, swept, runMargin, active };
+  return { T, pairs, single, plan, verdict, level, ends, swept, runMargin, active };
 }

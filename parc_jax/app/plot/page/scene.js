@@ -115,5 +115,4 @@ function drawClearance(view, data, model, state) {
     if (o < LINES.length) view.text(`obstacle ${o}`, view.w - 6, 14 + 13 * o, "right", lineOf(o));
   });
   view.shape([[state.t * dt, bottom], [state.t * dt, top]], { stroke: INK.grey, open: true });
-  view.text("clearance of the tube", view.w / 2, 12, "center");
 }

@@ -43,17 +43,18 @@ class View {
   }
   ticks(unitX, unitY) {
     const far = [this.at(0, this.h), this.at(this.w, 0)];
+    this.text(unitX, this.w - 4, this.h - 4, "right");
+    this.text(unitY, 3, 11);
+    const right = this.w - this.pen.measureText(unitX).width - 20; // a number farther right would lie over the unit
     for (const axis of [0, 1]) {
       const step = niceStep((far[1][axis] - far[0][axis]) / 6);
       for (let v = Math.ceil(far[0][axis] / step) * step; v < far[1][axis]; v += step) {
         const [x, y] = this.px(axis ? [this.middle[0], v] : [v, this.middle[1]]);
         const label = String(Number(v.toPrecision(6)));
-        if (axis === 0 && x > 40 && x < this.w - 48) this.text(label, x, this.h - 4, "center");
+        if (axis === 0 && x > 40 && x < right) this.text(label, x, this.h - 4, "center");
         if (axis === 1 && y > 20 && y < this.h - 16) this.text(label, 3, y + 4);
       }
     }
-    this.text(unitX, this.w - 4, this.h - 4, "right");
-    this.text(unitY, 3, 11);
   }
 }
 
