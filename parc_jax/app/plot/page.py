@@ -26,7 +26,7 @@ from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.separation.directions import Run
 from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
-from parc_jax.statement import set_of
+from parc_jax.statement import resting_on, set_of
 
 FILES = Path(__file__).with_name("page")
 SCRIPTS = ("geometry", "model", "view", "scene", "player", "main", "proof", "episode")
@@ -97,7 +97,7 @@ def page_data(answer, polytopes=None) -> dict:
     polytopes, where any are given.
     """
     polytopes = () if polytopes is None else polytopes
-    model, problem = answer.model, answer.problem
+    model, problem, asked = answer.model, answer.problem, answer.scene.nominal
     sides = [view.axes for view in views_of(model.n_p)]
     goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
     parts = zip(PARTS, question_parts(problem, model), strict=True)
@@ -112,6 +112,10 @@ def page_data(answer, polytopes=None) -> dict:
         "system": model.system,
         "labels": model.labels._asdict(),
         "level": answer.status.label,
+        "absence": "" if answer.absence is None else answer.absence.details(),
+        "at": None if asked.at is None else asked.at.tolist(),
+        "doubt": asked.uncertainty is not None,
+        "about": resting_on(asked),
         "statement": answer.details(),
         "claim": in_short(model.claim),
         "hash": {name: part_hash(part) for name, part in parts},
@@ -178,10 +182,8 @@ def _plans(answer, polytopes) -> dict:
             directions.append([_spelled(*pair) for pair in pairs])
         return numbers[content]
 
-    def unpruned(corridor: Corridor) -> Corridor:
-        if corridor.apart is None:
-            return corridor
-        return corridor_of(scene, corridor_part(corridor, problem))
+    def unpruned(one: Corridor) -> Corridor:
+        return one if one.apart is None else corridor_of(scene, corridor_part(one, problem))
 
     plans = zip(answer.samples, answer.certificates, strict=True)
     return {
@@ -211,7 +213,7 @@ def outlines(answer, polytopes) -> dict[str, list]:
     pairs = [*sides, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
     return {
         f"{i},{j}": [
-            [[_short(x), _short(y)] for x, y in shapes.hull(points)]
+            [[float(f"{v:.{DIGITS}g}") for v in corner] for corner in shapes.hull(points)]
             for points in (polytopes.project((i, j)) if polytopes else ())
         ]
         for i, j in pairs
@@ -257,10 +259,6 @@ def _obstacles(problem, n_steps: int, views) -> list[dict]:
 
 def _rows(polytope) -> dict:
     return {"A": polytope.A.tolist(), "b": polytope.b.tolist()}
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
 
 
 def episode_data(stage: Stage) -> dict:

@@ -75,7 +75,7 @@ function words() {
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope by more than rounding",
-    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? `Not shown safe: ${seen.start < 0 ? "starts outside of the start set" : "misses the goal"}` : "Not shown safe: touches",
+    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? `Not shown safe: ${seen.start < 0 ? (data.at ? `all plans of this answer start at (${data.at.join(", ")})` : "starts outside of the start set") : "misses the goal"}` : "Not shown safe: touches",
   }[kind];
   const level = data.level === "exact-proved" ? "proved in exact arithmetic" : "shown in float64";
   const proof = `${level} by the certificate in the answer file (parc-jax check verifies it)`;
@@ -292,7 +292,10 @@ $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding
   + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
 state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
-state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
+state.p0 = data.at?.slice() || plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
+$("anchor").disabled = Boolean(data.at); // it moves the start
+$("about").textContent = data.about.join(" ");
+document.body.classList.toggle("doubt", data.doubt);
 if (data.samples.length) Object.assign(state, { sample: 0, p0: data.samples[0].p0.slice(), k: data.samples[0].k.slice() });
 document.body.classList.add(model.single ? "single" : "hull", data.n_p === 2 ? "plane" : "space");
 update();
