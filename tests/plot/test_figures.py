@@ -126,5 +126,5 @@ def test_what_is_drawn_under_an_uncertainty_is_called_that():
     in_film = [text.get_text() for text in canvas.figure.legends[0].get_texts()]
     for words in (labels, in_film):
         assert {"obstacle, grown by what is uncertain", "goal, less what is uncertain"} < {*words}
-        assert "predicted path (of one possible run)" in words
+        assert "predicted path (one possible run)" in words
     assert canvas.figure._suptitle.get_text().endswith(f"{model.labels.k[1]} = 0.2 (measured)")

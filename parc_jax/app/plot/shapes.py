@@ -114,7 +114,7 @@ def names(answer) -> tuple[str, str, str]:
     if answer.scene.nominal.uncertainty is not None:
         # what is drawn is the nominal problem, whose first point is that in the first realisation
         of = "what is uncertain"
-        return f"obstacle, grown by {of}", f"goal, less {of}", " (of one possible run)"
+        return f"obstacle, grown by {of}", f"goal, less {of}", " (one possible run)"
     points = answer.model.points
     return "obstacle", "goal", "" if len(points) == 1 else f" ({points[0]})"
 
