@@ -10,6 +10,7 @@ from covered import covered
 from episodes import driven
 
 from parc_jax.app import figures
+from parc_jax.app.plot import film
 from parc_jax.app.plot.episode import Stage
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_of, episode_part
@@ -50,3 +51,16 @@ def test_what_is_no_episode_is_refused(tmp_path):
     with pytest.raises(InputError, match="ffmpeg"):
         figures.film(tmp_path / "answer.json", tmp_path / "film.avi")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["answer.json"]
+
+
+def test_what_it_may_reach_is_drawn_and_named_from_its_stated_pose(known, tmp_path):
+    """What the pose may be off is not in it: the obstacles of the proof have grown by that."""
+    one = Stage(known, None).shown[0]
+    (outline,) = one.predicted(one.begin)
+    beside = outline - [one.path.tube[0, 0, 0] + 0.01, 0.0]
+    assert covered(outline, one.tube).all() and not covered(beside, one.tube).all()
+    labels = [handle.get_label() for handle in film._episode_handles(None)]
+    assert "may reach from its stated pose, in the tube" in labels
+    figures.write_page(known, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert "all that it may reach from its stated pose inside the tube" in page

@@ -9,7 +9,7 @@ from drawn_bodies import bare_answer, car, drone
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
-from parc_jax.app.plot import shapes
+from parc_jax.app.plot import film, shapes
 from parc_jax.app.plot.errors import errors
 from parc_jax.app.plot.regions import region_verdicts
 from parc_jax.app.plot.samples import samples
@@ -19,6 +19,8 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.system import time_grid
+from parc_jax.problem.robust.nominal import query
+from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.regions import enumerate_regions
 
 
@@ -111,3 +113,18 @@ def test_a_picture_is_of_one_answer(answer):
     part = enumerate_regions(answer.model.net, box(K.lo, K.lo + 0.5 * (K.hi - K.lo)))
     with pytest.raises(InputError, match="those of the answer's network over its K"):
         region_verdicts(answer, part)
+
+
+def test_what_is_drawn_under_an_uncertainty_is_called_that():
+    model, problem = car()
+    known = problem.replace(uncertainty=Uncertainty(k={0: 0.01}, goal=0.01, given={1: 0.2}))
+    asked = query(known, model).nominal()
+    answer = bare_answer(asked.model, asked.problem, [[-1.6, 0.2, 0.1]])
+    answer.scene.nominal = asked
+    labels = [text.get_text() for text in samples(answer).legends[0].get_texts()]
+    canvas = film._PlanCanvas(answer, 0, None)
+    in_film = [text.get_text() for text in canvas.figure.legends[0].get_texts()]
+    for words in (labels, in_film):
+        assert {"obstacle, grown by what is uncertain", "goal, less what is uncertain"} < {*words}
+        assert "predicted path (one possible run)" in words
+    assert canvas.figure._suptitle.get_text().endswith(f"{model.labels.k[1]} = 0.2 (measured)")

@@ -5,6 +5,7 @@ to it.
 import json
 import re
 from dataclasses import replace
+from fractions import Fraction
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,9 @@ from toy_models import host_outputs
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.page import page_data, write_page
 from parc_jax.common.errors import InputError
+from parc_jax.problem.robust.realisations import Robustness
+from parc_jax.problem.world.moving import Span
+from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.safe_set.corridors.polytope import SafePolytope
 from parc_jax.safe_set.corridors.polytopes import Polytopes
@@ -124,3 +128,23 @@ def test_a_doctored_answer_gets_no_page(tmp_path):
     save(tmp_path / "answer.json", answer)
     with pytest.raises(InputError, match="the checker says: sample"):
         load_answer(tmp_path / "answer.json")
+
+
+def test_the_page_has_what_its_question_rests_on(loaded):
+    """One start, the moment of a clock, given parameters; and the sentence that was proved where
+    there is no plan.
+    """
+    data = page_data(loaded)
+    assert data["at"] is None and not data["doubt"]
+    assert data["about"] == [] and data["absence"] == ""
+    asked = loaded.scene.nominal
+    known = Robustness("k0 = 0.5 (measured)", Fraction(0), (2, 1), 2.0, False)
+    at = replace(asked, at=np.array([-0.9, -0.05]), uncertainty=known)
+    spans = (Span((1, 3), loaded.model.time.dt, 3.0), None)
+    at = replace(at, problem=replace(asked.problem, spans=spans))
+    data = page_data(replace(loaded, scene=replace(loaded.scene, nominal=at)))
+    assert data["at"] == [-0.9, -0.05] and data["doubt"]
+    told, safe = data["about"]
+    assert "a plan that begins at 3.0 s of a clock" in told and "k0 = 0.5 (measured)" in safe
+    none = NoPlan(PROVED, Fraction(1), Fraction(0), Fraction(1), uncertainty=known, box="N")
+    assert page_data(replace(loaded, absence=none))["absence"] == none.details()

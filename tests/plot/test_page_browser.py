@@ -4,6 +4,8 @@ import html
 import json
 import re
 import subprocess
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import drawn_bodies
@@ -11,13 +13,15 @@ import driven_browser
 import jax
 import numpy as np
 import pytest
+import toy_query
 from needs import need
-from toy_file import SEP, answer_file, save, toy_file, toy_scene
+from toy_file import SEP, answer_file, hashed, save, toy_file, toy_scene
 from toy_models import model_of, uniform_tube
 
 import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot.page import write_page
+from parc_jax.problem.robust.realisations import OF_MORE, Robustness
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
 from sims import drift_parking
@@ -253,3 +257,69 @@ document.getElementById("result").textContent = JSON.stringify(out);
     assert got["clock"] == "0.75 of 1.00 s"
     assert got["sample"] == [1, [0.9, -0.0625]] and got["rows"] == 4
     assert "k = (0.123456789012, 0.5)" in got["told"]  # of another plan nothing is proved
+
+
+def opened(page: Path):
+    """The page, driven."""
+    return driven_browser.Browser(driven_browser.found(), page)
+
+
+@pytest.mark.usefixtures("browser")
+def test_of_an_answer_from_one_start_that_start_alone_is_judged(tmp_path):
+    """Of others nothing is said: no start set is left in it, and free space was seen from there."""
+    answer = toy_file()
+    place = {"at": ["-0.9", "-0.05"], "pose": ["-0.9", "-0.05", None]}
+    answer["meta"] = hashed(answer["meta"] | place)
+    judged = "[$('verdict').dataset.kind, model.level(state.p0, state.k), $('verdict').textContent]"
+    with opened(page_of_file(tmp_path, answer)) as page:
+        assert page.run(f"move([-0.9, -0.05], [0.905, 0.06]); {judged}")[:2] == ["proved", 2]
+        other = page.run(f"move([-0.9, -0.045], [0.905, 0.06]); {judged}")
+        assert other[:2] == ["unsafe", 0] and page.run("$('anchor').disabled")
+        assert "all plans of this answer start at (-0.9, -0.05)" in other[2]
+        painted = "document.body.dataset.{} === '0' && document.body.dataset.{}"
+        page.wait(painted.format("cells", "starts") + " === '0'")
+        page.run("select(0)")
+        page.wait(painted.format("starts", "cells") + " > 0")
+
+
+@pytest.mark.usefixtures("browser")
+def test_an_obstacle_is_solid_while_it_is_told_of_alone(tmp_path):
+    """Also around a body that is one point; from interval 1 on."""
+    ink = (
+        "drawScene(scenes[0], data, model, state);"
+        " [...scenes[0].pen.getImageData(...scenes[0].px([-0.45, 0.35]), 1, 1).data].slice(0, 3)"
+    )
+    with opened(write_page(toy_query.answer(), tmp_path / "page.html")) as page:
+        assert page.run("model.single")
+        before, during = (page.run(f"state.t = {t}; {ink}") for t in (0, 2))
+        assert before == [0xEC] * 3 and during != before
+        assert "dashed while nothing is said of it" in page.run(KEY)
+        assert "told of for some of the 4 intervals" in page.run("$('about').innerText")
+
+
+KEY = "document.querySelector('.key').innerText"
+DOUBT = ("obstacle, grown by what is uncertain", "goal, less what is", "of one possible run")
+
+
+@pytest.mark.usefixtures("browser")
+def test_what_is_drawn_under_an_uncertainty_is_called_that(tmp_path):
+    known = pj.Uncertainty(given={0: 0.5}, goal=0.01)
+    asked = toy_query.gap().replace(uncertainty=known)
+    settings = pj.Settings(samples=5, target=0.1, budget_s=300)
+    answer = toy_query.planner().solve(asked, jax.random.PRNGKey(0), settings)
+    for one, expected in ((answer, True), (toy_query.answer(), False)):
+        with opened(write_page(one, tmp_path / "page.html")) as page:
+            told = page.run(KEY), page.run("$('about').innerText")
+            assert [words in told[0] for words in DOUBT] == [expected] * 3
+            assert ("k0 = 0.5 (measured)" in told[1]) == expected
+
+
+@pytest.mark.usefixtures("browser")
+def test_that_there_is_no_plan_is_said_as_it_was_proved(tmp_path):
+    answer = toy_query.answer(wall=True)
+    doubt = Robustness("every start", Fraction(0), (2, 2), 4.0, True)
+    robust = replace(answer, absence=answer.absence._replace(uncertainty=doubt, box="N"))
+    for one in (answer, robust):
+        with opened(write_page(one, tmp_path / "page.html")) as page:
+            assert page.run("$('first').textContent").endswith(one.absence.details())
+    assert "with k in N" in robust.absence.details() and OF_MORE in robust.absence.details()

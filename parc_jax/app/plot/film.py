@@ -154,13 +154,14 @@ class _PlanCanvas(_Canvas):
             axes = self.figure.subplots(1, len(views), width_ratios=ratios, squeeze=False)[0]
             k = zip(model.labels.k, answer.samples[sample][model.n_p :], strict=True)
             words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in k]
+            words += model.claim.evidence.get("not_drawn", ())
             shown = "prediction of the model" if run is None else "true run"
             caption = f"{model.system or 'plan'}: {shown}, sample {sample}\n{', '.join(words)}"
             self.figure.suptitle(caption, x=0.01, ha="left", fontsize=9.5)
             self.clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)
             way = "way so far" if run is None else "true run"
-            style.legend(self.figure, _plan_handles(model.points, way), 4)
+            style.legend(self.figure, _plan_handles(answer, way), 3)
             for side, ax in zip(self.sides, axes, strict=True):
                 side.draw(ax)
             self.canvas.draw()
@@ -231,12 +232,12 @@ class _Side(SceneView):
             self.ax.draw_artist(part)
 
 
-def _plan_handles(points: tuple[str, ...], way: str) -> list:
-    of_points = "" if len(points) == 1 else " of every reference point"
-    of_first = shapes.name_first(points)
+def _plan_handles(answer, way: str) -> list:
+    of_points = "" if len(answer.model.points) == 1 else " of every reference point"
+    obstacle, goal, of_first = shapes.names(answer)
     return [
-        style.patch("obstacle", facecolor=style.OBSTACLE),
-        style.patch("goal", facecolor=style.GOAL, edgecolor=style.GREEN),
+        style.patch(obstacle, facecolor=style.OBSTACLE),
+        style.patch(goal, facecolor=style.GOAL, edgecolor=style.GREEN),
         style.patch("body", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.5),
         style.patch(f"tube{of_points}", facecolor=style.TUBE),
         style.mark(f"predicted path{of_first}", color=style.BLUE, linewidth=0.9),
@@ -295,7 +296,7 @@ class _EpisodeCanvas(_Canvas):
 def _episode_handles(truth: Truth | None) -> list:
     entries = [
         style.patch("robot" if truth else "robot, as predicted", color=style.BLUE),
-        style.patch("may reach, inside the tube", color=style.TUBE),
+        style.patch("may reach from its stated pose, in the tube", color=style.TUBE),
         style.patch("where it would rest", facecolor="none", edgecolor=style.BLUE),
         style.patch("obstacles of the proof", color=style.OBSTACLE),
     ]

@@ -26,7 +26,7 @@ from parc_jax.safe_set.corridors.polytopes import Polytopes
 from parc_jax.safe_set.separation.directions import Run
 from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
-from parc_jax.statement import set_of
+from parc_jax.statement import resting_on, set_of
 
 FILES = Path(__file__).with_name("page")
 SCRIPTS = ("geometry", "model", "view", "scene", "player", "main", "proof", "episode")
@@ -97,7 +97,7 @@ def page_data(answer, polytopes=None) -> dict:
     polytopes, where any are given.
     """
     polytopes = () if polytopes is None else polytopes
-    model, problem = answer.model, answer.problem
+    model, problem, asked = answer.model, answer.problem, answer.scene.nominal
     sides = [view.axes for view in views_of(model.n_p)]
     goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
     parts = zip(PARTS, question_parts(problem, model), strict=True)
@@ -113,6 +113,10 @@ def page_data(answer, polytopes=None) -> dict:
         "labels": model.labels._asdict() | {"p": shapes.axes_of(answer)},
         "box": model.claim.law.box,
         "level": answer.status.label,
+        "absence": "" if answer.absence is None else answer.absence.details(),
+        "at": None if asked.at is None else asked.at.tolist(),
+        "doubt": asked.uncertainty is not None,
+        "about": resting_on(asked),
         "statement": answer.details(),
         "claim": in_short(model.claim),
         "hash": {name: part_hash(part) for name, part in parts},
@@ -179,10 +183,8 @@ def _plans(answer, polytopes) -> dict:
             directions.append([_spelled(*pair) for pair in pairs])
         return numbers[content]
 
-    def unpruned(corridor: Corridor) -> Corridor:
-        if corridor.apart is None:
-            return corridor
-        return corridor_of(scene, corridor_part(corridor, problem))
+    def unpruned(one: Corridor) -> Corridor:
+        return one if one.apart is None else corridor_of(scene, corridor_part(one, problem))
 
     plans = zip(answer.samples, answer.certificates, strict=True)
     return {

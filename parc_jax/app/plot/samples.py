@@ -102,7 +102,7 @@ class _Picture(SceneView):
         super().__init__(answer, view)
         model, self.q = answer.model, q
         self.heading = model.labels.heading
-        self.problem, self.points = answer.problem, model.points
+        self.problem, self.names = answer.problem, shapes.names(answer)
         self.columns = path
         self.path = self.of_points(path)
         self.tubes = shapes.tubes(self.path, self.of_points(error))
@@ -197,11 +197,11 @@ class _Picture(SceneView):
     def handles(self) -> list:
         one = self.path.shape[1] == 1
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
-        of_first = shapes.name_first(self.points)
+        obstacle, goal, of_first = self.names
         entries = [
-            style.patch("obstacle", facecolor=style.OBSTACLE),
+            style.patch(obstacle, facecolor=style.OBSTACLE),
             *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
-            style.patch("goal", facecolor=style.GOAL, edgecolor=style.GREEN),
+            style.patch(goal, facecolor=style.GOAL, edgecolor=style.GREEN),
             style.patch(tubes, facecolor=style.TUBE),
             style.mark(f"predicted path{of_first}", color=style.BLUE),
             style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),

@@ -109,9 +109,14 @@ def disc(radius: float) -> np.ndarray:
     return radius / np.cos(np.pi / ARC) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def name_first(points: tuple[str, ...]) -> str:
-    """The name of the first reference point, for the legend of a picture that draws it alone."""
-    return "" if len(points) == 1 else f" ({points[0]})"
+def names(answer) -> tuple[str, str, str]:
+    """Of the legend of a picture: of obstacles, of goals, and what it adds to a word for a way."""
+    if answer.scene.nominal.uncertainty is not None:
+        # what is drawn is the nominal problem, whose first point is that in the first realisation
+        of = "what is uncertain"
+        return f"obstacle, grown by {of}", f"goal, less {of}", " (one possible run)"
+    points = answer.model.points
+    return "obstacle", "goal", "" if len(points) == 1 else f" ({points[0]})"
 
 
 def footprints(

@@ -75,7 +75,8 @@ function words() {
   const near = seen.worst; // an interval has no one moment: the tube is of all of it
   const room = near ? `Least clearance ${atLeast(seen.clearance)} m from obstacle ${near.pair.obstacle}${partsOf(near.pair)} between ${seconds(near.t)} and ${seconds(near.t + 1)} s.`
     : data.obstacles.length ? "No obstacle is there in that time." : "There is no obstacle.";
-  const missed = seen.start < 0 ? "starts outside of the start set" : model.ends(seen) ? "not all of the tube ends in the goal" : "misses the goal";
+  const start = data.at ? `all plans of this answer start at (${data.at.join(", ")})` : "starts outside of the start set";
+  const missed = seen.start < 0 ? start : model.ends(seen) ? "not all of the tube ends in the goal" : "misses the goal";
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope by more than rounding",
@@ -319,7 +320,10 @@ $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding
 $("statement").textContent = data.statement;
 for (const word of document.querySelectorAll(".by")) word.textContent = BY;
 state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
-state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
+state.p0 = data.at?.slice() || plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
+$("anchor").disabled = Boolean(data.at); // it moves the start
+$("about").textContent = data.about.join(" ");
+document.body.classList.toggle("doubt", data.doubt);
 if (data.samples.length) Object.assign(state, { sample: 0, p0: data.samples[0].p0.slice(), k: data.samples[0].k.slice() });
 document.body.classList.add(model.single ? "single" : "hull", data.n_p === 2 ? "plane" : "space");
 update();

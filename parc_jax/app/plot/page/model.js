@@ -103,7 +103,8 @@ function makeModel(data) {
     ...(data.start ? [[data.start, p0, data.start.b.map(() => 0)]] : [])].every(([rows, x, lost], n) =>
     rowMargin(rows, x, lost.map((own, i) => own + data.rounding[n][i])).least >= 0);
 
-  const startMargin = (p0) => (data.start ? rowMargin(data.start, p0, data.start.b.map(() => 0)).least : Infinity);
+  // an answer from one start has no start set, and free space was looked up there alone: of other starts nothing is said
+  const startMargin = (p0) => (data.at && p0.some((v, i) => v !== data.at[i]) ? -Infinity : data.start ? rowMargin(data.start, p0, data.start.b.map(() => 0)).least : Infinity);
 
   // gaps: [obstacle][interval], of the part that is nearest
   function verdict(p0, k) {

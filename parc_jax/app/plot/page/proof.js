@@ -2,7 +2,7 @@
 
 const PYTHON = {
   "exact-proved": "accepted all of it, before this page was written",
-  "no-plan": "accepted the proof that there is no plan, before this page was written",
+  "no-plan": `accepted the proof of this, before this page was written: ${data.absence}`,
   "float-bounded": "was not asked: this answer is shown in float64 only",
 }[data.level] || "was not asked: this answer claims nothing";
 const KIND = { samples: "samples", sets: "polytopes", corridors: "corridors", doubt: "boxes of doubt" };

@@ -14,7 +14,7 @@ function drawScene(view, data, model, state) {
   if (model.single) drawGrown(view, data, model, state, of);
   for (const goal of data.goals) view.shape(goal.outlines[number], { fill: "rgba(0,158,115,.25)", stroke: INK.green, width: 1.5 });
   data.obstacles.forEach(({ outlines }, o) => {
-    const exists = model.single || model.pairs.some((pair) => pair.obstacle === o && model.active(pair, interval));
+    const exists = model.pairs.some((pair) => pair.obstacle === o && model.active(pair, interval));
     const looks = exists ? { fill: data.n_p === 2 ? "#6e6e6e" : "rgba(110,110,110,.6)" } : { stroke: INK.grey, dash: [5, 4] };
     view.shape(outlines[number], looks);
     const [x, y] = view.px([0, 1].map((a) => outlines[number].reduce((sum, v) => sum + v[a], 0) / outlines[number].length));
