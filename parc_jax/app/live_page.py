@@ -250,9 +250,8 @@ class Page:
 def about_set(answer: Answer) -> list[str]:
     """What is measured of a set, of which k, how surely, and under which tube."""
     claim, share, lines, scene = answer.model.claim, answer.share, [], answer.scene
-    domain, robust = scene.model.domain, scene.nominal.uncertainty is not None
-    whole = (scene.k_lo == domain.lo).all() and (scene.k_hi == domain.hi).all()
-    of = all_plans(scene.at is not None, claim.law.box if whole else "the sliders' part of K")
+    box, robust = scene.box_of_k, scene.nominal.uncertainty is not None
+    of = all_plans(scene.at is not None, box if box == claim.law.box else "the sliders' part of K")
     if share is not None:
         around = "" if answer.cover.within is None else " around the first found"
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
