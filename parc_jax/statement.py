@@ -184,7 +184,7 @@ def about_share(
     box: str = "K",
     doubt: bool = False,
 ) -> str:
-    """The number to tune by: the share that the tube leaves of all plans, and obstacles of that.
+    """The number to tune by: the share of all plans that tube and obstacles leave in the goal.
 
     safe: draws that were safe; of a few no estimate is stated. from_here: all plans have one start.
     around: draws were made in a place alone, and only plans in it are counted. box: of k. doubt: it
@@ -201,8 +201,9 @@ def about_share(
     if around:
         return f"{text}, counting only those around what a search found"
     left = share.share / share.reaching if share.reaching else 0.0
-    tube = "the tube, with all that is uncertain," if doubt else "the tube"
-    return f"{text}: {tube} leaves {_percent(share.reaching)}, obstacles {_percent(left)} of that"
+    ends = f"{_percent(share.reaching)} end in the goal whatever happens in the tube, from where"
+    ends = "with all that is uncertain, " * doubt + ends
+    return f"{text}: {ends} they may start; obstacles leave {_percent(left)} of these"
 
 
 def _percent(share: float) -> str:

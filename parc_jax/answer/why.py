@@ -143,8 +143,9 @@ def why_of(scene: Scene, listed: np.ndarray | None = None) -> Why:
     odd = odd if listed is None else []
     said += [question.strip() for question in odd if question]
     if held and not any(odd):
-        # what is uncertain at the start and in the execution is in the tube of the robust model
-        tube = "tube" if scene.nominal.uncertainty is None else "tube (with what is uncertain)"
+        # of an execution, and of a start from anywhere, it is; obstacles have grown by the rest
+        doubt = scene.nominal.uncertainty is not None
+        tube = "tube" + " (with some of what is uncertain)" * doubt
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(missing, bare, both[0].unit, tube)}")
         said.append(_next(scene, both, missing, bare, tube))
@@ -292,8 +293,9 @@ def _next(scene: Scene, both: list[_Side], missing: float, bare: float, tube: st
         ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
         # the direction that separates changes with the tube, so the room that it takes is convex
         steps.append(f"a {tube} narrower by {share} at least ({ways})")
+    steps += ["less that is uncertain"] * (tube != "tube")
     told = f"What would help: {', or '.join(steps)}."
-    return f"{told} No narrower tube is enough for this plan." if bare > NOTHING * missing else told
+    return f"{told} No narrower tube alone is enough." if bare > NOTHING * missing else told
 
 
 def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:

@@ -168,6 +168,8 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
 
 def _span(name: str, part: dict) -> Span | None:
     if "steps" not in part:
+        if told := sorted({"dt", "at", "said", "mover"} & part.keys()):
+            raise InputError(f"{name}: expected steps = [first, last] beside {told[0]}.")
         return None
     dt, at = (
         float(numbers_of(f"{name} {word}", part[word], 0)) if word in part else None

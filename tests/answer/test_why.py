@@ -65,8 +65,8 @@ def test_what_is_uncertain_at_the_start_is_no_width_of_the_claim_s_tube():
     """A tube of 1 cm, a start off by 5 cm: both are in the way, and both are named."""
     known = pj.Uncertainty(start=(0.05, 0.05))
     why = why_not(pj.reach_avoid(GOAL, walls(0.47), 0.2, START, uncertainty=known))
-    assert "The tube (with what is uncertain) takes" in why.text
-    assert "a tube (with what is uncertain) narrower by" in why.text
+    assert "The tube (with some of what is uncertain) takes" in why.text
+    assert "a tube (with some of what is uncertain) narrower by" in why.text
 
 
 def test_a_start_that_nothing_leads_from_is_said_in_the_summary_too():

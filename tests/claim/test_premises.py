@@ -178,6 +178,7 @@ BESIDE = {
     ("answer/risk.py", "delta"),
     ("answer/risk.py", "eps"),
     ("app/files/answer_file.py", "evidence"),
+    ("app/plot/film.py", "evidence"),
     ("app/study/report.py", "evidence"),
     ("drive/local/choice.py", "assumptions"),
     ("drive/local/localise.py", "assumptions"),

@@ -131,7 +131,7 @@ def test_bad_options(shell, files):
     )
     refused(shell("solve", "model.npz", "scene.toml", "--budget", 0, "--no-cache"), "a limit above")
     refused(
-        shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "between 0 and 1"
+        shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "0 < target < 1"
     )
     refused(shell("learn", "nowhere", "--out", "m.npz", "--no-cache"), "drift_parking")
     refused(

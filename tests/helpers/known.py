@@ -619,7 +619,7 @@ NUMBERED = {
         "ROTATION_INVARIANCE(within 1.00001e-05; not measured)",
         "INTERSAMPLE(acceleration <= (0.5, 2.0) m/s^2, h = 0.05 s)",
         "UNSEEN(1 look; network, profile, eps and discards were settled before these runs)",
-        "LEFT_OUT(40 of their log, by k alone or independent of the run)",
+        "LEFT_OUT(40 of their log, with k outside of K, or independent of k and run)",
     ],
     # of two points in the plane: acceleration h^2 / 8
     "intersample": ["1/6400", "1/1600", "1/6400", "1/1600"],

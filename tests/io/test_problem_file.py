@@ -98,6 +98,9 @@ WRONG = [
     ("steps = [0, 3]", "steps = [0, 3]\nedge = 1", "edge: expected text as a saved scene has it"),
     ("steps = [0, 3]", "steps = [0, 3]\nat = '1'", "obstacle 0 at: expected finite numbers"),
     ("steps = [0, 3]", "steps = [0, 3]\nsaid = 1", "obstacle 0: span: said: expected text"),
+    # what is told of some intervals alone was dropped without them
+    ("steps = [0, 3]", "said = 'a gate'", "obstacle 0: expected steps = [first, last] beside said"),
+    ("steps = [0, 3]", "at = 12.5", "obstacle 0: expected steps = [first, last] beside at"),
     ("steps = [0, 3]", "steps = [0, 3]\nmover = 1", "obstacle 0: span: mover: expected text"),
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),

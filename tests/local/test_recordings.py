@@ -327,7 +327,7 @@ def test_rows_left_out_of_a_calibration_set_are_assumed_to_be_any(slipped):
     some = slipped.held.select(~slipped.held.failed)
     claim = calibrate(net, some, profile, eps=0.9, delta=0.05)
     gone = claim.evidence["left_out"]
-    said = f"LEFT_OUT({gone:,} of their log, by k alone or independent of the run)"
+    said = f"LEFT_OUT({gone:,} of their log, with k outside of K, or independent of k and run)"
     assert gone >= slipped.held.failed.sum() and said in claim.assumptions
     assert said in claim.details().partition("Assumes")[2]
 
@@ -500,7 +500,10 @@ def test_recordings_that_were_left_out_are_said(model):
     refused(model, finite, "leaves the tube; got runs without, of `finite`")
     asked = Validate(wild.select(slice(40, None)), RISK, DELTA)
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
-    assert "LEFT_OUT(40 of their log, by k alone or independent of the run)" in found.details()
+    assert (
+        "LEFT_OUT(40 of their log, with k outside of K, or independent of k and run)"
+        in found.details()
+    )
     assert found.answer.model.claim.premises["left out"] == 40
 
 

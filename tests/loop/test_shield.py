@@ -485,7 +485,7 @@ def test_what_is_assumed_is_told_by_whatever_tells_of_its_manoeuvres(model, tmp_
         report = checker.check_episode(file, allowance_of)
         assert "creep" in "\n".join(checker.episode.summary_of_episode(report))
     assert ["floor", "assumed", "dry"] in file["premises"]
-    with pytest.raises(pj.InputError, match="expected creep as its robot's loop assumes it"):
+    with pytest.raises(pj.InputError, match="expected creep as its loop assumes it"):
         pj.drive.save_episode(path, env.commitments, assumed={"creep": "none"})
     last = env.commitments[-1]
     assert "creep: at most 1 cm" in last.certificate()["meta"]["rests_on"]

@@ -43,7 +43,7 @@ BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]]
 
 LAW = (
     "Within edges of free space nothing stands, and nothing has come since it was seen; beyond "
-    "them nothing is known; all that stands is at least 0.15 m wide."
+    "them nothing is told; all that stands is at least 0.15 m wide."
 )
 
 

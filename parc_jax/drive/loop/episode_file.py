@@ -14,7 +14,7 @@ from parc_jax.checker.episode import EPISODE, PARTS, summary_of_episode
 from parc_jax.checker.rests_on import known_premises, seconds
 from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, reading
-from parc_jax.common.premises import ASSUMED, MEASURED, assumptions, premises, text_of
+from parc_jax.common.premises import ASSUMED, MEASURED, assumptions, premises
 from parc_jax.common.said import about_said, most_and_often
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
@@ -66,10 +66,7 @@ def episode_part(
     assumed = dict(assumed or {})
     for name, value in commitments[0].episode.assumed.items():
         if assumed.setdefault(name, value) != value:
-            raise InputError(
-                f"episode: expected {name} as its robot's loop assumes it, {text_of(value)!r:.60}; "
-                f"got {text_of(assumed[name])!r:.60}."
-            )
+            raise InputError(f"episode: expected {name} as its loop assumes it, {value!r:.60}.")
     others: list[tuple] = [*assumptions("episode", assumed)]
     if eps := known.sensing_eps:
         said = "what is measured for a manoeuvre is within its bounds but for a probability of "

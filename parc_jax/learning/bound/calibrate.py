@@ -205,7 +205,7 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0)
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
-        *about_left_out(gone, ", by k alone or independent of the run"),
+        *about_left_out(gone, ", with k outside of K, or independent of k and run"),
         *invariances(about.rotation),
         *begins(about),
         # the unmeasured part of the start has in use the law of the runs, given k [T37]

@@ -28,6 +28,8 @@ from parc_jax.learning.runs.batch import RolloutBatch
 RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
 BATCH = 1000  # runs of a step
+# initial biases spread the kinks over the data instead of stacking them at its mean
+SPREAD = partial(jax.random.uniform, minval=-1.0, maxval=1.0)
 HELD = 0.15  # share of the runs held out, by which the best network is chosen
 # principal directions of the outputs in training; the final solve uses every output
 COMPONENTS = 24
@@ -43,7 +45,7 @@ class Features(nn.Module):
         """Apply the hidden layers."""
         for width in self.hidden:
             x = nn.relu(
-                nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=_spread)(x)
+                nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=SPREAD)(x)
             )
         return x
 
@@ -179,8 +181,3 @@ def tail_of(net: ReLUNetwork, k: np.ndarray, y: np.ndarray) -> float:
     largest = np.full(bins ** k.shape[1], -np.inf)
     np.maximum.at(largest, number, worst)
     return float(largest[np.isfinite(largest)].mean())
-
-
-def _spread(key, shape, dtype=jnp.float32):
-    """Initial biases spread the kinks over the data instead of stacking them at its mean."""
-    return jax.random.uniform(key, shape, dtype, -1.0, 1.0)

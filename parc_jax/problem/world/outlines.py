@@ -178,7 +178,7 @@ class Edge(HPolytope):
         wide = f"; all that stands is at least {slot(exact(self.width))} m wide" * (self.width > 0)
         free = "Within edges of free space nothing stands, and nothing has come since it was seen"
         told = f"; as told each time, at most: {self.told}" if self.told else ""
-        return f"{free}; beyond them nothing is known{wide}{told}."
+        return f"{free}; beyond them nothing is told{wide}{told}."
 
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""

@@ -19,6 +19,7 @@ from parc_jax.learning.system import TURNS
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import box_of_rows, goal_box
 from parc_jax.problem.robust.nominal import at_start
+from parc_jax.problem.world.outlines import Edge
 from parc_jax.safe_set.verdict.scene import Scene
 
 GROWN = "with obstacles, goal, body and tube as the uncertainty has them, "
@@ -55,9 +56,7 @@ def why_none(scene: Scene) -> Reason | None:
 def _reason(scene: Scene) -> Reason | None:
     found = _touching(scene, of_model=False)
     if found is not None:
-        words, j = found
-        # what moves is told of as all of its places in some intervals, which are more than it
-        return Reason(words, scene.problem.all_spans[j] is None, sure=True)
+        return Reason(*found, sure=True)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
         touched = _touching(scene, of_model=True)
         words = _out_of_reach(scene) if touched is None else touched[0]
@@ -106,9 +105,9 @@ def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]
     return short
 
 
-def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
+def _touching(scene: Scene, of_model: bool) -> tuple[str, bool] | None:
     """Which obstacle the body touches from everywhere in the goal, or in the start set: in words,
-    and its number. of_model: in the start set, with the points that the model places there.
+    and whether it stands there. of_model: in the start set, with the points that the model places.
     """
     problem, start = scene.problem, _start(scene)
     obstacles = list(zip(problem.obstacles, problem.all_spans, strict=True))
@@ -132,7 +131,10 @@ def _touching(scene: Scene, of_model: bool) -> tuple[str, int] | None:
                 corners = itertools.product(*zip(lo + box_lo, hi + box_hi, strict=True))
                 if all(_touches(obstacle, np.array(z), radius) for z in corners):
                     reach = f", which reaches {exact(radius)} m from there," if radius else ""
-                    return f"{where}, the body{reach} touches obstacle {j}.", j
+                    edge = isinstance(obstacle, Edge)
+                    hit = "leaves the free space that is told" if edge else f"touches obstacle {j}"
+                    # what moves is told of as more places than it has; beyond an edge may be free
+                    return f"{where}, the body{reach} {hit}.", span is None and not edge
     return None
 
 
