@@ -97,7 +97,7 @@ def test_thousands_of_entries_fit_the_stack_of_node(shell):
     answer = toy_file()
     answer["samples"] = answer["samples"][:1] * 8000
     code, said, _ = shell(answer)
-    assert code == 0 and said.count("  1 sample (p0, k): the goal is reached") == 2
+    assert code == 0 and said.count("  8000 samples (p0, k): the goal is reached") == 2
 
 
 @needs_node

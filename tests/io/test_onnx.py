@@ -154,7 +154,7 @@ def test_the_question_of_a_body_is_about_every_part_and_point(fitted):
     rng = np.random.default_rng(3)
     model = points_model(rng, fitted=fitted)
     problem = points_problem(rng, model)
-    options = {"samples": 2, "polytopes": False, "target": 0.3, "budget_s": 300.0}
+    options = {"samples": 2, "target": 0.3, "budget_s": 300.0}
     answer = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
     question = safety_question(answer, 0, 0.15)
     of_parts = sum(len(part.points) for part in problem.parts) * len(problem.obstacles)
