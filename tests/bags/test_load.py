@@ -281,3 +281,17 @@ def test_the_recorders_clock_needs_no_headers(tmp_path):
     with pytest.raises(InputError, match='take clock="recorder"'):
         pj.exchange.load_bags(path, GRID, **ASKED)
     assert not pj.exchange.load_bags(path, GRID, **ASKED, clock="recorder").failed.any()
+
+
+def test_records_between_poses_bear_no_bound_on_motion(tmp_path):
+    """A robot that sways in step with its poses leaves every tube that a bound of its speed, paid
+    for the time between records, makes: the records are none of its places.
+    """
+    for i in range(40):
+        bag(tmp_path, name=f"run{i}", commands=(1 - 0.005 * i) * COMMANDS)
+    train, held = pj.exchange.load_bags(tmp_path, GRID, **ASKED).split(0.5)
+    net = pj.learning.relu_network([np.zeros((7, 2))], [np.zeros(7)])
+    ask = {"eps": 0.2, "delta": 0.1, "train": train, "bins": (1, 1), "quiet": True}
+    assert pj.learning.bound_error(net, held, None, **ask).eps is not None
+    with pytest.raises(InputError, match="expected records of where the robot was, for a bound"):
+        pj.learning.bound_error(net, held, None, intersample=pj.types.SpeedBound(3.0), **ask)

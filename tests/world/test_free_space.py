@@ -34,6 +34,8 @@ from parc_jax.problem.world.free_space import FreeSpace, free_place  # noqa: E40
 from parc_jax.problem.world.grid_map import occupancy_grid  # noqa: E402
 from parc_jax.problem.world.outlines import edge_of  # noqa: E402
 from parc_jax.problem.world.seen import seen_from  # noqa: E402
+from parc_jax.safe_set.verdict.infeasible import why_none  # noqa: E402
+from parc_jax.safe_set.verdict.scene import lowered  # noqa: E402
 from parc_jax.statement import about_obstacles  # noqa: E402
 
 pytestmark = pytest.mark.soundness
@@ -166,6 +168,18 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
 
 
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+
+
+def test_a_goal_beyond_the_edge_is_not_said_to_touch_anything():
+    """Where the region was cut out of what is free, that is of no scene and no obstacle."""
+    line, goal = line_model(4, 0.01, rests=True), pj.box([0.95, -0.1, -2.0], [1.1, 0.1, 2.0])
+    problem = pj.reach_avoid(goal, free_place(SQUARE).obstacles(), 0.2)
+    reason = why_none(lowered(query(problem, line, [0.0, 0.0]).nominal()))
+    assert "from there, leaves the free space that is told" in reason.words
+    assert "obstacle" not in reason.words and not reason.of_scene
+    wall = pj.reach_avoid(goal, [pj.box([1.0, -1.0], [1.2, 1.0])], 0.2)
+    stands = why_none(lowered(query(wall, line, [0.0, 0.0]).nominal()))
+    assert "touches obstacle 0" in stands.words and stands.of_scene
 
 
 def test_a_start_is_inside_of_the_free_space_wherever_its_edges_truly_stand():

@@ -90,9 +90,9 @@ def check_between(between: Intersample, runs: Any, moves: np.ndarray) -> None:
     """
     if not isinstance(between, Bounded):
         return
-    if how := dict(runs.law.parameters).get("records"):  # those of a bag are made between poses
+    if "records" in (how := runs.law.cut):  # those of a bag are made between poses
         told = f"{runs.law.generator}: expected records of where the robot was, for a bound on its"
-        raise InputError(f"{told} motion between them; got {how}. Leave that bound out.")
+        raise InputError(f"{told} motion between them; got {how['records']}. Leave that bound out.")
     about, moved = runs.subject, moves[:, between.order - 1]
     h = about.time.dt_record
     over = (moved > between.most(h, about.n_p, len(about.points))).any(axis=1)
