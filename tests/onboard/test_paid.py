@@ -94,7 +94,7 @@ def test_what_no_face_bounds_is_told_along_the_axes_where_nothing_cancels():
 
 
 def test_the_tables_reach_as_far_as_the_faces_do():
-    """Up to a quarter of the slack, in exact numbers, as the checker finds it."""
+    """Up to a quarter of the slack, in exact numbers, as the checker finds it; little farther."""
     rng = np.random.default_rng(2)
     slack = toy()[2]
     for n_p in (2, 3):
@@ -105,7 +105,8 @@ def test_the_tables_reach_as_far_as_the_faces_do():
             against = [-x for x in w]
             reach = template_of(faces.rows(index), n_p).support(against)
             spare = Fraction(slack) / 4 * sum(map(abs, w))
-            assert abs(lost(errors, index, w, Fraction) - reach) <= spare
+            more = lost(errors, index, w, Fraction) - reach
+            assert -spare <= more <= spare + 16 * Fraction(2) ** -39 * sum(map(abs, w))
 
 
 def test_a_network_that_may_overflow_is_refused():
