@@ -143,9 +143,8 @@ def why_of(scene: Scene, listed: np.ndarray | None = None) -> Why:
     odd = odd if listed is None else []
     said += [question.strip() for question in odd if question]
     if held and not any(odd):
-        # of an execution, and of a start from anywhere, it is; obstacles have grown by the rest
-        doubt = scene.nominal.uncertainty is not None
-        tube = "tube" + " (with some of what is uncertain)" * doubt
+        # executions, and starts from anywhere, widen it; obstacles have grown by what else is
+        tube = "tube" + " (with some of what is uncertain)" * bool(scene.nominal.uncertainty)
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(missing, bare, both[0].unit, tube)}")
         said.append(_next(scene, both, missing, bare, tube))
@@ -295,7 +294,7 @@ def _next(scene: Scene, both: list[_Side], missing: float, bare: float, tube: st
         steps.append(f"a {tube} narrower by {share} at least ({ways})")
     steps += ["less that is uncertain"] * (tube != "tube")
     told = f"What would help: {', or '.join(steps)}."
-    return f"{told} No narrower tube alone is enough." if bare > NOTHING * missing else told
+    return told + " No narrower tube alone lets this plan pass." * bool(bare > NOTHING * missing)
 
 
 def odd_size(problem: Problem, model: TrajectoryModel) -> str | None:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.checker.plans import GRID
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.error_set import NO_CLAIM, ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.learning.network.rounding import SAFETY, rounding_bound
@@ -121,7 +122,7 @@ def in_numbers(errors: ErrorSet) -> ErrorSet:
     return ErrorTemplate(
         np.where(none[..., None], np.eye(errors.half.shape[-1]), errors.dual),
         np.where(none, 0.0, errors.centre),
-        np.where(none, NO_CLAIM, errors.half + 2.0**-39),  # the checker rounds out to 2^-40 m
+        np.where(none, NO_CLAIM, errors.half + 2 / GRID),  # the checker rounds outward to it
     )
 
 
