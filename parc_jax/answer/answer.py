@@ -3,7 +3,7 @@
 import html
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -144,7 +144,7 @@ class Answer:
         return SafePlans(self.scene, self._corridors, self.cover.within)
 
     def contains(self, p0, k) -> np.ndarray:
-        """Which plans are shown safe by a corridor.
+        """Which plans are shown safe by a corridor; of an answer from one start those from there.
 
         p0: (b, n_p) [m] starts. k: (b, n_k) parameters.
         Returns bool (b,). Raises InputError.
@@ -175,13 +175,16 @@ class Answer:
     def path(self, p0, k) -> NominalPath:
         """The predicted path of the plan p0 (n_p,), k (n_k,), with times and tube; in the frame of
         `model`, whose points, under uncertainty of execution or heading, are copies of the robot's.
+        What else is uncertain comes on top.
 
         Raises InputError for a plan outside of K. `save` writes it as .csv.
         """
         starts, values = as_plans("path", self.model, p0, k)
         if len(starts) != 1:
             raise InputError(f"path: expected one plan; got {len(starts)}. Ask one at a time.")
-        return nominal_path(self.model, starts[0], values[0])
+        nominal = self.scene.nominal
+        path = nominal_path(self.model, starts[0], values[0])
+        return replace(path, alone=nominal.uncertainty is not None, turned=nominal.turned)
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
         """The plan (n_p + n_k,) that the corridors hold with the largest objective found, and its

@@ -24,7 +24,8 @@ class NominalPath:
     tube (T, points, n_p) [m]: half widths of the tube between two times, as `Tube.interval` has
     them: boxes around one with slanted faces, the widest of the bins that hold k, infinite where
     one has no claim. tube_at_end (points, n_p) [m], q_error (n_q,): half widths at the end.
-    points: names of the reference points. labels: names and units of the coordinates.
+    points: names of the reference points. labels: names and units of the coordinates. alone: an
+    uncertainty of start, goal or obstacles comes on top. turned: all is told in the robot's frame.
     """
 
     times: np.ndarray
@@ -35,18 +36,23 @@ class NominalPath:
     q_error: np.ndarray
     points: tuple[str, ...]
     labels: Labels
+    alone: bool = False
+    turned: bool = False
 
     def to_csv(self) -> str:
         """A row per time: the places, then the half widths of the tube from here to the next time,
         in the last row at the end, and there alone q and its half widths.
         """
-        axes, q = self.labels.p, list(self.labels.q)
+        axes, q = self.labels.p, [*self.labels.q]
         names = [named_of(x, f"of {point}") for point in self.points for x in axes]
-        names = names if len(self.points) > 1 else list(axes)
+        names = names if len(self.points) > 1 else [*axes]
+        if self.turned:
+            names, q = ([named_of(x, "in the robot's frame") for x in of] for of in (names, q))
+        half = [f"+-{x}" for x in (*names, *q)]
+        half = [named_of(x, "of the tube alone") for x in half] if self.alone else half
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
-        both = [*names, *(f"+-{name}" for name in names), *q, *(f"+-{name}" for name in q)]
-        table.writerow(["time [s]", *both])
+        table.writerow(["time [s]", *names, *half[: len(names)], *q, *half[len(names) :]])
         last = [*self.q.tolist(), *self.q_error.tolist()]
         wide = [*self.tube, self.tube_at_end]
         for t, (time, place, half) in enumerate(zip(self.times, self.places, wide, strict=True)):

@@ -148,8 +148,7 @@ def why_of(scene: Scene, listed: np.ndarray | None = None) -> Why:
         how = _of_many(held[0], share, safe) if passes else _of_nearest(held, both)
         said.append(f"{how} {_of_tube(missing, bare, both[0].unit, tube)}")
         said.append(_next(scene, both, missing, bare, tube))
-        framed = pose is not None and pose.heading is not None
-        said += ["Places are told in the robot's frame."] * framed
+        said += ["Places are told in the robot's frame."] * scene.nominal.turned
     elif not safe and best.value[0] > 0:
         said.append("A plan that was tried passes: safe plans are rare, and more work finds them.")
     return Why(

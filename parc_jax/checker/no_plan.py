@@ -37,8 +37,7 @@ def missed_goal(context, entries, bins):
             rows.append((a, b - dot(a, error)))
         else:
             rows.append((a, b - final.support(a)))
-    multipliers = [[i, m] for i, (_, m, *_) in enumerate(entries)]
-    return combine(rows, multipliers, context.n_end)
+    return combine(rows, [[i, m] for i, (_, m, *_) in enumerate(entries)], context.n_end)
 
 
 class Leaves:

@@ -87,7 +87,8 @@ class Question:
         if problem["start"] is not None:
             self.start = halfspaces(fields(problem["start"], ("A", "b")), self.n_p)
         self.obstacles = [self._obstacle(part) for part in array(problem["obstacles"])]
-        self.parts = self._read_body(problem["body"])
+        self.parts = [self._part(dict(x)) for x in fields(problem["body"], ("parts",))["parts"]]
+        need(len(self.parts) > 0, "the body has no part")
 
     def _obstacle(self, part):
         """(rows, first interval, last interval) of an obstacle."""
@@ -96,12 +97,6 @@ class Question:
         whole(first, 0, self.T - 1)
         whole(last, first, self.T - 1)
         return halfspaces(part, self.n_p), first, last
-
-    def _read_body(self, body):
-        """The parts of a body."""
-        parts = [self._part(dict(entry)) for entry in fields(body, ("parts",))["parts"]]
-        need(len(parts) > 0, "the body has no part")
-        return parts
 
     def _part(self, shape):
         """The Part that grows its points by a disc (or ball) of a radius, or by a polygon."""
@@ -287,8 +282,7 @@ class Question:
     def at_end(self, bins):
         """The errors that a trajectory may have at its end in each of some bins."""
         self.spend(len(bins) * FRACTION * self.n_end)
-        sets = [AtEnd(self.final[b], self.interval[b][-1], self.n_p) for b in bins]
-        return Several(sets, min)
+        return Several([AtEnd(self.final[b], self.interval[b][-1], self.n_p) for b in bins], min)
 
 
 def about_the_model(report):

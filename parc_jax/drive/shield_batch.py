@@ -292,8 +292,7 @@ class BatchShield:
     def _manoeuvre(self, given, proposed, i):
         """(n_k,) of number i; 0 is the proposed one."""
         own = jnp.where(i == 0, proposed, jnp.asarray(self._rows[:, self._chosen])[i])
-        k = jnp.zeros(self._rows.shape[1])
-        return k.at[self._given].set(given).at[self._chosen].set(own)
+        return jnp.zeros(self._rows.shape[1]).at[self._given].set(given).at[self._chosen].set(own)
 
     def _ranked(self, seen: Seen, asked: Asked) -> jax.Array:
         """(candidates,) how far each is from the proposed one; infinite for one that is no nearer

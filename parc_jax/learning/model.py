@@ -129,8 +129,9 @@ class TrajectoryModel:
         """The model with other labels: `Labels`, or a mapping of some of p, q and k, as {"k":
         ("speed [m/s]", ...)}. Raises InputError.
         """
-        subject = self.claim.subject.with_labels(given)
-        return replace(self, claim=derived(self.claim, subject=subject))
+        about = replace(self.claim.subject, given=self.given).with_labels(given)
+        told = [about.hidden[0] if x[:7] == "HIDDEN_" else x for x in self.claim.assumptions]
+        return replace(self, claim=derived(self.claim, subject=about, assumptions=(*told,)))
 
     def save(self, path) -> Path:
         """Write one .npz; it appears complete or not at all."""

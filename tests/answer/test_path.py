@@ -2,14 +2,17 @@
 
 import csv
 
+import jax
 import numpy as np
 import pytest
-from toy_models import fold_model, toy_case
+from toy_models import fold_model, line_model, told, toy_case
 from toy_query import answer
 
+import parc_jax as pj
 from parc_jax.answer.path import nominal_path
 from parc_jax.common.errors import InputError
 from parc_jax.learning.labels import labels
+from parc_jax.learning.system import TURNS
 
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 
@@ -59,6 +62,31 @@ def test_without_a_claim_the_tube_is_endless(tmp_path):
     path = nominal_path(endless, np.zeros(2), np.zeros(2))
     assert np.isinf(path.tube).all()
     assert path.to_csv().splitlines()[1].endswith("inf,inf,,")
+
+
+@pytest.mark.parametrize("at", [None, (0.0, 0.0), (0.0, 0.0, 0.3)])
+def test_a_table_says_what_it_leaves_out_and_in_whose_frame_it_is(at):
+    named = {"p": ("east [m]", "north [m]"), "q": ("yaw [rad]",)}
+    model = told(line_model(4, 0.02), rotation=(TURNS,)).with_labels(named)
+    problem = pj.reach_avoid(pj.box([-2, -2, -2], [2, 2, 2]), [], 0.1)
+    settings = pj.Settings(samples=3, target=0.3)
+    heads = []
+    for start in (0.0, 0.05):
+        asked = problem.replace(uncertainty=pj.Uncertainty(start=start))
+        one = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), settings, at=at)
+        plans = one.samples[:, :2], one.samples[:, 2:]
+        assert one.contains(*plans).any()
+        if at is not None:  # elsewhere nothing is said: of other places the set is not
+            assert not one.contains(plans[0] + 1e-9, plans[1]).any()
+        heads.append(one.path(*np.split(one.samples[0], [2])).to_csv().split("\n")[0])
+    frame = " in the robot's frame" * (len(at or ()) == 3)
+    ends = f"time [s],east{frame} [m],north{frame} [m]"
+    assert (
+        heads[0]
+        == f"{ends},+-east{frame} [m],+-north{frame} [m],yaw{frame} [rad],+-yaw{frame} [rad]"
+    )
+    assert heads[1].startswith(f"{ends},+-east{frame} of the tube alone [m]")
+    assert heads[1].endswith(f"yaw{frame} [rad],+-yaw{frame} of the tube alone [rad]")
 
 
 def test_points_have_their_names():

@@ -89,6 +89,8 @@ def require_alike(answer, path) -> None:
         assert two == f"{one}\n{again.unchecked}"
     assert repr(again) == repr(answer)
     assert again.risk() == answer.risk() and again.share_of_k() == answer.share_of_k()
+    p0, k = answer.samples[0, :2], answer.samples[0, 2:]
+    assert again.path(p0, k).to_csv() == answer.path(p0, k).to_csv()
 
 
 def question(moves: bool, **unsure):

@@ -182,9 +182,11 @@ def test_a_copy_in_an_older_file_is_told_by_its_ledger(claim):
     model = pj.learning.trajectory_model(settled_network(), older)
     assert model.given == (0,)
     others = model.with_labels({"k": ("v [m/s]", "load [kg]")})
-    assert others.given == ()
+    assert others.given == (0,) and "HIDDEN_START(given v)" in others.claim.assumptions
+    assert ENTRY not in others.claim.details() and others.claim.subject.given == (0,)
     two = ("IID", "HIDDEN_START(given load and v)", "FRESH(and so on)")
-    assert others.replace(claim=derived(others.claim, assumptions=two)).given == (0, 1)
+    older = {"subject": replace(others.claim.subject, given=()), "assumptions": two}
+    assert others.replace(claim=derived(others.claim, **older)).given == (0, 1)
 
 
 EDGES = [

@@ -127,7 +127,7 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
     tractor = collect(plant(exact, name="tractor"), KEY, 5, quiet=True)
     for others, words in (
         (tractor, "system is plant, beside tractor"),
-        (runs.replace(k=runs.k + 2.0), "5 of 5 runs are outside"),
+        (runs.replace(k=runs.k + 2.0), "5 of 5 runs are outside.* do not use `closed`"),
     ):
         with pytest.raises(InputError, match=words):
             monitor(claim, NET).observe(others)

@@ -14,7 +14,7 @@ from parc_jax import checker
 from parc_jax.app.cli import main
 from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.study.report import explained
+from parc_jax.app.study.report import _replayed, explained
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import measure, pipeline
@@ -73,6 +73,16 @@ def test_metrics_tell_what_was_claimed_and_replayed(finished):
         assert seen["every_plan_at_most"] == pytest.approx(1 - 0.005 ** (1 / 20), rel=1e-6)
     model = load(out / "model.npz", "cart")
     assert model.claim.bin_eps is not None and model.tube.claimed.all()
+
+
+def test_runs_made_again_are_told_however_often_a_plan_was_run():
+    many = {"repeats": 20, "runs": 100, "failed": 0, "lost": 2, "confidence": 0.95}
+    many |= {"plans": 5, "reached": 5, "touched": 0, "left_tube": 0, "worst_plan_failed": 0}
+    many |= {"failure_mean_at_most": 0.1, "every_plan_at_most": 0.2}
+    for told in (many, many | {"repeats": 1, "runs": 5}):
+        said = "\n".join(_replayed(told, "at most 0.1"))
+        assert "assume" in said and "WORKERS_LOST(2, independent of the run)" in said
+        assert "LOST" not in "\n".join(_replayed(told | {"lost": 0}, "at most 0.1"))
 
 
 def test_a_plan_of_another_scene_is_not_explained_beside_an_answer(finished, tmp_path):

@@ -87,8 +87,7 @@ def verdict(answer: Answer, path: Path, short: bool = False) -> str:
         one = None if len(answer.samples) else answer.corridors[0]
         plan = answer.samples[0] if one is None else np.concatenate([one.p0, one.k])
         where, how = _named(plan[:n_p], names.p), _named(plan[n_p:], names.k)
-        pose = answer.scene.nominal.pose
-        turned = "in the robot's frame, " * (pose is not None and pose.heading is not None)
+        turned = "in the robot's frame, " * answer.scene.nominal.turned
         lines.append(f"For example: {turned}start at {where}, with {how}.")
     if not short:
         lines.append(f"All sentences: parc-jax explain {path}; check: parc-jax check {path}")

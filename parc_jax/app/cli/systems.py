@@ -130,8 +130,7 @@ def asked_of(path: Path, scene: Path | None, system: str | None = None):
     model = load(sims.model_file(str(path)) if along else path, system=system)
     if scene is None:
         return model, scene_of(model)
-    problem = load_problem(scene, model.points)
-    return labelled(model, scene), problem
+    return labelled(model, scene), load_problem(scene, model.points)
 
 
 def scene_of(model):

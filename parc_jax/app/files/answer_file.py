@@ -94,10 +94,9 @@ def _answer(data: dict, report) -> Answer:
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended, scene)
     looks = looks_of_json(meta.get("looks"))
     _require_start(nominal, [*p0, *(corridor.p0 for corridor in cover.corridors)])
-    turned = nominal.pose is not None and nominal.pose.heading is not None
-    turned |= any(s is not None and s.at is not None for s in problem.all_spans)
+    told = nominal.turned or any(s is not None and s.at is not None for s in problem.all_spans)
     found, robust = bool(samples.size or cover.corridors), nominal.uncertainty is not None
-    unchecked = about_file(found, robust, turned, bool(problem.rests_on))
+    unchecked = about_file(found, robust, told, bool(problem.rests_on))
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
 

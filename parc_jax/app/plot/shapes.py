@@ -182,8 +182,7 @@ def views_of(n_p: int) -> tuple[View, ...]:
 
 def axes_of(answer) -> list[str]:
     """Labels of the axes of an answer's workspace, which name the frame where it is the robot's."""
-    pose = answer.scene.nominal.pose
-    frame = ", robot's frame" if pose is not None and pose.heading is not None else ""
+    frame = ", robot's frame" * answer.scene.nominal.turned
     return [label + frame for label in answer.model.labels.p]
 
 

@@ -187,8 +187,7 @@ class Basis:
 
     def meet(self, bounds: Sequence[Fraction]) -> list[Fraction]:
         """The x with v_i . x = bounds_i for all vectors, in order of adding; of a full basis."""
-        rows = [self._matrix[row] for row in self._row_of]
-        return _product(zip(*rows, strict=True), bounds)
+        return _product(zip(*[self._matrix[row] for row in self._row_of], strict=True), bounds)
 
 
 def _product(matrix, vector) -> list[Fraction]:

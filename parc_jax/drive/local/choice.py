@@ -172,8 +172,7 @@ class Choice:
         bound = clopper_pearson(failures, n, float(look.delta))
         assumed = (*ledger_of_tests(self.model.claim, lost, start=start), *look.ledger)
         law = law_of(system, "given by the plan").describe()
-        tested = FreshRuns(n, failures, bound, look, assumed, law, self.driven)
-        return replace(self, tested=tested)
+        return replace(self, tested=FreshRuns(n, failures, bound, look, assumed, law, self.driven))
 
     def localise(
         self,

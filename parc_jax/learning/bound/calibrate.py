@@ -7,7 +7,7 @@ import numpy as np
 
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import counted, hex_text, listed, rounded_up
+from parc_jax.common.spelling import counted, hex_text, rounded_up
 from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
 from parc_jax.learning.bound.counts import (
@@ -26,7 +26,6 @@ from parc_jax.learning.bound.profile import runs_per_bin
 from parc_jax.learning.bound.settings import BoundSettings, check_between
 from parc_jax.learning.bound.start_gap import invariances
 from parc_jax.learning.bound.tube import Tube, tube_to_json
-from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import LOG, Subject
@@ -201,15 +200,13 @@ def begins(about: Subject) -> list[str]:
 
 def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0) -> tuple[str, ...]:
     """Assumptions of every sentence about runs. lost: (n,) as of `Scores`. gone: rows left out."""
-    names = [name_of(about.labels.k[axis]) for axis in about.given]
     return (
         "IID",
         *(f"WORKERS_LOST({n}, independent of the run)" for n in lost_among(lost).values()),
         *about_left_out(gone, ", with k outside of K, or independent of k and run"),
         *invariances(about.rotation),
         *begins(about),
-        # the unmeasured part of the start has in use the law of the runs, given k [T37]
-        *([f"HIDDEN_START(given {listed(names)})"] if names else ()),
+        *about.hidden,
         between,
         "DEPLOYMENT_LAW = CALIBRATION_LAW",
         "UNCHANGED_SYSTEM",

@@ -329,7 +329,8 @@ def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
         raise InputError(
             f"{batch.name}: expected k within the K of the claim, in bins that have a claim; "
             f"{int(outside.sum())} of {batch.n} runs are outside, the first is row "
-            f"{batch.rows[np.argmax(outside)]}. The claim says nothing of them: leave them out."
+            f"{batch.rows[np.argmax(outside)]}. The claim says nothing of them: leave them out, "
+            "and do not use `closed`, which counts them as failed."
         )
 
 

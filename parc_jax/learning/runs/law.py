@@ -13,7 +13,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import hex_floats, hex_text, nearest_floats
+from parc_jax.common.spelling import hex_floats, hex_text, listed, nearest_floats
 from parc_jax.learning.labels import (
     PARTS,
     Labels,
@@ -220,6 +220,12 @@ class Subject:
     def n_q(self) -> int:
         """Number of further goal states."""
         return len(self.labels.q)
+
+    @property
+    def hidden(self) -> tuple[str, ...]:
+        """What is assumed of the part of the start that is not measured, if any is. [T37]"""
+        names = [name_of(self.labels.k[axis]) for axis in self.given]
+        return (f"HIDDEN_START(given {listed(names)})",) if names else ()
 
     @property
     def layout(self) -> Layout:

@@ -160,6 +160,11 @@ class NominalProblem:
     query: Query | None = None
 
     @property
+    def turned(self) -> bool:
+        """Test whether it is in the robot's frame."""
+        return self.pose is not None and self.pose.heading is not None
+
+    @property
     def told(self) -> Query:
         """The query behind it; of a file without one this very problem, what is measured free."""
         free = Uncertainty(given={i: FREE for i in self.model.given}) if self.model.given else None

@@ -150,8 +150,7 @@ def _lost(scene: Tabled, o: Index, errors: ErrorSet):
     """
     if scene.obstacles.closed:
         return errors.half
-    w = jnp.asarray(scene.directions.w)[o]
-    return errors_at(errors, np.s_[:, None]).support(-w)
+    return errors_at(errors, np.s_[:, None]).support(-jnp.asarray(scene.directions.w)[o])
 
 
 STEPS = 18  # of Newton's method, after which the depth is right to nanometres

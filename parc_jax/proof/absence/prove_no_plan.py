@@ -83,9 +83,8 @@ class NoPlan(NamedTuple):
             told = f"Proved in exact arithmetic: the model has no safe (p0, k){in_box(self.box)} "
             told += "with this tube; a longer search cannot find one."
             told += f" Why, as float64 has it: {self.reason.words}" if self.reason else ""
-            may = (
-                " The robot may still be able to do it: a better model or a narrower tube may tell."
-            )
+            may = " The robot may still be able to do it: a better model, a narrower tube, or "
+            may += "obstacles told less coarsely, may tell."
             return told if self.reason and self.reason.of_scene else f"{told}{may}"
         if self.reason is not None and self.reason.sure:
             return f"No plan is safe: {self.reason.words}"

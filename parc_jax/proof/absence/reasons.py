@@ -299,8 +299,7 @@ class Reasons:
             if entries is None:
                 return None
             groups.append([fraction_text(weights), entries])
-        moment = [t, str(Fraction(SHARES[share]))]
-        return [*divmod(pair, len(self.parts)), *moment, groups]
+        return [*divmod(pair, len(self.parts)), t, str(Fraction(SHARES[share])), groups]
 
     def _contacts(
         self, pair: int, places: Float[np.ndarray, "z v n_p"], errors: ContactErrors, bounded: bool

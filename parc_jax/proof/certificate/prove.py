@@ -54,8 +54,7 @@ def corridor_of(scene: Scene, part: dict) -> Corridor:
                 multipliers[o, t] = m
             first = end
     p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
-    points = scene.obstacles.points[:n]
-    return Corridor(w, support, multipliers, points, p0, k, scene.apart)
+    return Corridor(w, support, multipliers, scene.obstacles.points[:n], p0, k, scene.apart)
 
 
 def model_of_file(data: dict) -> TrajectoryModel:

@@ -98,8 +98,7 @@ def pool_at_random(
 ) -> Pool:
     """A pool of n values of k, uniform on the box [lo, hi] (n_k,) of floats."""
     share = jax.random.uniform(key, (n, len(lo)), lo.dtype)
-    k = jnp.clip(lo[None] + share * (hi - lo)[None], lo[None], hi[None])
-    return pool_of(net, tube, k)
+    return pool_of(net, tube, jnp.clip(lo[None] + share * (hi - lo)[None], lo[None], hi[None]))
 
 
 class Ends(NamedTuple):
@@ -134,8 +133,7 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     hi = jnp.minimum(hi, goal_hi) - pad
     goal = (bounds - least_over(goal_p, lo, hi) >= 0).all(axis=1)
     left = scene.start_b[None] - least_over(scene.start_A, lo - first, hi - first)
-    start = (left >= 0).all(axis=1)
-    return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
+    return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & (left >= 0).all(axis=1))
 
 
 def promising(

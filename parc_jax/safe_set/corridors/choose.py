@@ -201,8 +201,7 @@ def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
     """Masks (T, d); bit i: the direction separates plan i from the obstacle with this support."""
 
     bit = (jnp.uint64(1) << _bits())[:, None, None]
-    masks = jnp.where(rooms > support[None], bit, jnp.uint64(0))
-    return jax.lax.reduce_or(masks, (0,))
+    return jax.lax.reduce_or(jnp.where(rooms > support[None], bit, jnp.uint64(0)), (0,))
 
 
 def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index):

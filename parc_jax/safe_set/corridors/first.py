@@ -70,8 +70,7 @@ def _placed(scene: Scene, device: jax.Device | None) -> Placed:
 def _half_placed(scene: Scene, device: jax.Device | None) -> Placed:
     """The model on the device, the scene on the host: of one question it moves with the call."""
     about = once(scene.model, _of_model, device)
-    corners_of_a_box = 2**scene.model.n_p
-    return Placed(*about, padded(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
+    return Placed(*about, padded(scene, ROOM, 2**scene.model.n_p).arrays, ends_of(scene), scene.at)
 
 
 @jax.jit

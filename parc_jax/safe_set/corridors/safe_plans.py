@@ -164,7 +164,7 @@ def members(
         reach = e.reaches
         held = has(points(p0[rows], k[rows], e).at(reach))
         out[rows.start + np.flatnonzero(reach)] = held
-    return out
+    return out if scene.at is None else out & (p0 == scene.at).all(axis=1)
 
 
 def as_plans(

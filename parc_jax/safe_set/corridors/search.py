@@ -152,8 +152,7 @@ class Cover(NamedTuple):
 
     def pick(self, rng: np.random.Generator, n: int) -> "Cover":
         """The cover with n of its points, drawn uniformly without replacement."""
-        chosen = rng.permutation(len(self.points.k))[:n]
-        return self._replace(points=self.points.at(chosen))
+        return self._replace(points=self.points.at(rng.permutation(len(self.points.k))[:n]))
 
     def later(self, seconds: float) -> "Cover":
         """The cover with times that begin so many seconds earlier."""

@@ -45,8 +45,8 @@ def why_none(scene: Scene) -> Reason | None:
     start set, no plan of the model gets from there to the goal, or the tube is wider than the goal.
     None where nothing of this is so, which says nothing.
     """
-    found, pose = _reason(scene), scene.nominal.pose
-    if found is not None and pose is not None and pose.heading is not None:
+    found = _reason(scene)
+    if found is not None and scene.nominal.turned:
         found = found._replace(words=f"in the robot's frame, {found.words}")
     if found is None or scene.nominal.uncertainty is None:
         return found

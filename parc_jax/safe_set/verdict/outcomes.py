@@ -104,5 +104,4 @@ def _distances(scene: Tabled, start: Knot, end: Knot, o: Index):
     """Distance [m] of pair o between two records."""
     # no errors: positions of runs are as they were recorded
     n_p = scene.obstacles.vertices.shape[-1]
-    still = ErrorBox(jnp.zeros((len(start) // n_p, n_p)))
-    return scene.obstacles.gap(o, start, end, still)[0]
+    return scene.obstacles.gap(o, start, end, ErrorBox(jnp.zeros((len(start) // n_p, n_p))))[0]

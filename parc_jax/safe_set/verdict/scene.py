@@ -169,8 +169,7 @@ def _with_all(scene: Scene) -> Scene:
 
 def _table(scene: Scene) -> DirectionTable:
     kept = None if scene.apart is None else scene.apart.kept
-    size = len(scene.obstacles.active)
-    return direction_table(scene.problem, scene.model.n_p, kept, size)
+    return direction_table(scene.problem, scene.model.n_p, kept, len(scene.obstacles.active))
 
 
 def _alike(scene: Scene) -> Alike:
