@@ -25,6 +25,7 @@ from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.proof.absence.branch_and_bound import BranchAndBound
 from parc_jax.proof.absence.errors import end_rows
 from parc_jax.proof.absence.prove_no_plan import prove_no_plan
+from parc_jax.proof.absence.tree import Node, choose_split
 from parc_jax.proof.certificate.write import question_parts
 from parc_jax.safe_set.corridors.stopping import Limit
 from parc_jax.safe_set.verdict.scene import scene_of
@@ -107,6 +108,20 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
         answer = decide(model, reach_avoid(goal, walls, body), max_leaves=600)
         kinds.append("safe" if answer.safe_plan else answer.kind)
     assert kinds == ["proved", "proved", "safe", "safe"]
+
+
+def test_a_reason_that_one_side_brings_comes_before_a_nearer_one_of_many_sides():
+    """The first holds on 1 - 2 x 0.4 of a side, the second on 1 - 2 x 0.3 of each of four. Where
+    neither holds in the middle, the nearer one decides.
+    """
+    node = Node(-np.ones(4), np.ones(4))
+    tube = zero_tube([[-1.0, 1.0]] * 2, T, 4, 5, 2)
+    effects = np.array([[1.0, 0, 0, 0], [1, 1, 2, 1]])
+    assert choose_split(node, np.array([-0.4, -1.5]), effects, tube) == (0, 0.0)
+    assert choose_split(node, np.array([-0.7, -3.0]), effects, tube) == (2, 0.0)
+    reachless = np.array([-np.inf, -np.inf, -0.1])  # neither does a reason that no side brings
+    effects = np.concatenate([effects, np.zeros((1, 4))])
+    assert choose_split(node, reachless, effects, tube)[0] in (2, 3)
 
 
 @pytest.mark.night

@@ -94,10 +94,8 @@ class BranchAndBound:
         for batch in self.examiner.at_vertices(open_and_few):
             self._write(batch)
             batches.append(batch)
-        children: list[Node] = []
-        for batch in reversed(batches):  # what vertices say of a box is nearer to the truth
-            children += self._split(batch)
-        return children
+        # what vertices say of a box is nearer to the truth
+        return [child for batch in reversed(batches) for child in self._split(batch)]
 
     def _write(self, batch: Batch) -> None:
         cost = self.cost_of_bounds

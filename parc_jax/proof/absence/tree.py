@@ -39,8 +39,7 @@ class Node:
         same = self.vertices if axis < n_p else None
         below = Node(self.lo, self.hi.copy(), same)
         above = Node(self.lo.copy(), self.hi, same)
-        below.hi[axis] = value
-        above.lo[axis] = value
+        below.hi[axis] = above.lo[axis] = value
         self.split = (axis, value, below, above)
         return below, above
 
@@ -68,12 +67,15 @@ def choose_split(
 ) -> tuple[int, float]:
     """Axis and value. margins, effects: of the reasons, as in `Examined`.
 
-    The reason that is nearest to being proved, measured by the effects of the sides, decides; its
-    strongest side is split: at the middle, or at the edge between bins nearest to it.
+    The reason that should hold on the largest share of the box, about its middle, decides, of none
+    the nearest by the effects of the sides: to be near in a few sides is cheap, in many it is not.
+    Its strongest side is split: at the middle, or at the edge between bins nearest to it.
     """
     total = effects.sum(axis=1)
     ratio = np.where(total > 0, -margins / np.where(total > 0, total, 1), np.inf)
-    reason = int(np.argmin(ratio))
+    sides = total**2 / np.maximum((effects**2).sum(axis=1), np.finfo(float).tiny)  # that matter
+    share = np.clip(1 - 2 * ratio, 0, 1) ** np.maximum(sides, 1)
+    reason = int(np.lexsort((ratio, -share))[0])
     weight = effects[reason] if np.isfinite(ratio[reason]) else node.hi - node.lo
     weight = weight * np.where(np.arange(len(weight)) < tube.n_p, 1.0, K_FIRST)
     for axis in np.argsort(-weight):
