@@ -33,7 +33,8 @@ from parc_jax.problem.world.outlines import Footprint
 LOG = logging.getLogger("parc_jax.bags")
 SHORT = ("failed", "dropped")
 CLOCKS = ("header", "recorder")
-CLOCKS_APART = 1.0  # [s] median by which stamps and recorder may differ before they are two clocks
+CLOCKS_APART = 1.0  # [s] median by which stamps of two topics may differ against the recorder,
+MIXED_APART = 0.1  # [s] and where one of them has none, and is on the recorder's clock
 PARTS_APART = 10.0  # [s] a recording that begins so soon after another's end is a part of it
 
 
@@ -50,9 +51,12 @@ class Track(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What was heard of one drive: its track, and the commands (n, c) at times (n,) [ns]."""
+    """What was heard of one drive: its track, and the commands (n, c) at times (n,) [ns]. clock: in
+    words.
+    """
 
     name: str
+    clock: str
     where: Track
     times: np.ndarray
     commands: np.ndarray
@@ -62,8 +66,10 @@ class Drive(NamedTuple):
         new = part.where.times > self.where.times[-1]
         tracks = self.where[:3], (x[new] for x in part.where[:3])
         times, pose, more = map(np.concatenate, zip(*tracks, strict=True))
-        sent = (np.concatenate(both) for both in zip(self[2:], part[2:], strict=True))
-        return Drive(part.name, Track(times, _unwrapped(pose), more, self.where.frames), *sent)
+        sent = (np.concatenate(both) for both in zip(self[3:], part[3:], strict=True))
+        return Drive(
+            part.name, self.clock, Track(times, _unwrapped(pose), more, self.where.frames), *sent
+        )
 
 
 class Windows(NamedTuple):
@@ -155,7 +161,7 @@ def load_bags(
         {
             "pose": f"{pose}, {_edges(recordings)}",
             "command": f"{command}, {', '.join(k)}",
-            "clock": clock,
+            "clock": " or ".join(sorted({part.clock for part in parts})),
             "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
             "recordings": f"one where it goes on within {apart:g} s of another's end",
             "records": f"straight between poses, {bridge:g} s apart at most",
@@ -183,13 +189,18 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
         if not np.isfinite(values).all():
             raise InputError(f"{command}: expected finite commands; got one that is not.")
         # one topic may be on the recorder's clock, for want of headers, the other far from it
-        apart = abs(_off(poses) - _off(orders))
-        if clock == "header" and apart > CLOCKS_APART:
+        topics = ((pose, poses), (command, orders))
+        bare = [topic for topic, some in topics if any(h.stamp is None for h in some)]
+        apart, most = abs(_off(poses) - _off(orders)), MIXED_APART if bare else CLOCKS_APART
+        if clock == "header" and apart > most:
             raise InputError(
-                f"expected stamps of one clock; those of {pose} and {command} are {apart:.3g} s "
-                'apart, against the recorder. Take clock="recorder", or record with one clock.'
+                f"expected stamps within {most:g} s of one clock; those of {pose} and {command} "
+                f'are {apart:.3g} s apart, against the recorder. Take clock="recorder", or record '
+                "with one clock."
             )
-    return Drive(one.name, where, times, values)
+    told = f", of {bare[0]} the recorder's, in the median {most:g} s apart at most" if bare else ""
+    clock = "recorder" if len(bare) == len(topics) else clock + told * (clock == "header")
+    return Drive(one.name, clock, where, times, values)
 
 
 def _check_robots(together: Sequence[Sequence[Drive]]) -> None:

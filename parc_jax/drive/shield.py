@@ -329,8 +329,9 @@ class Shield(gymnasium.Wrapper):
         return np.linalg.norm((candidates - proposed) / (self._hi - self._lo), axis=1)
 
     def _about(self, one: Commitment) -> dict:
-        if one.seen_outside:  # what was proved is of another run
-            return {"certified_until": float(one.seen_outside[0]), "clearance": -np.inf}
+        if one.seen_outside or one.others_left:  # what was proved is of another run
+            until = (*one.seen_outside, one.begin)[0]
+            return {"certified_until": float(until), "clearance": -np.inf}
         return {"certified_until": float(one.told_until), "clearance": one.clearance}
 
     def _require_actions(self, *ends: np.ndarray) -> None:

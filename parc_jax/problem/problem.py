@@ -32,7 +32,8 @@ class Span(tuple):
     Each of these None where it is not stated.
     said: what it rests on, a sentence, whose numbers may stand in braces, as "within {0.5} m/s":
     of many that differ in these alone one is told. mover: names whose places these are, of one that
-    is told of in several parts: it goes on where a part ends and another of its name begins.
+    is told of in several parts: it goes on where a part ends and another of its name begins. One
+    that ends " from 2" is told of from that interval on.
     """
 
     dt: float | None
@@ -48,6 +49,12 @@ class Span(tuple):
         self = super().__new__(cls, pair)
         self.dt, self.at, self.of, self.said, self.mover = dt, at, of, said, mover
         return self
+
+    @property
+    def told_from(self) -> tuple[str, int]:
+        """Its mover, and the interval in which the first of its parts begins."""
+        first = self.mover.rpartition(" from ")[2]
+        return self.mover, int(first) if first.isdecimal() else self[0]
 
     @property
     def rests_on(self) -> str:

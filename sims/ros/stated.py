@@ -39,8 +39,9 @@ def stated(pilot, step: Step) -> str:
     told = [f"{name_of(model.labels.k[i])} = {float(now.k[i])!r}" for i in pilot.loop.given]
     known = [f"its measured start is exact: {', '.join(told)}"] if told else []
     if moves:
-        most = about_said(now.asked.problem.rests_on)
-        known.append(f"what moves is told of until {float(now.told_until)!r} s. {most}".strip())
+        known.append(f"what moves is told of until {float(now.told_until)!r} s")
+    if rests := about_said(now.asked.problem.rests_on):  # what moves, and edges of free space
+        known.append(rests.rstrip("."))
     return (
         f"{begun}, a body ({body}) among {n} obstacles. Proved in float64 with a margin that "
         "covers rounding: for every run inside the tube and every pose inside the uncertainty "

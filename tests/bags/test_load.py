@@ -283,6 +283,23 @@ def test_the_recorders_clock_needs_no_headers(tmp_path):
     assert not pj.exchange.load_bags(path, GRID, **ASKED, clock="recorder").failed.any()
 
 
+def test_commands_without_headers_are_told_to_be_on_the_recorders_clock(tmp_path):
+    """Poses 0.8 s off were taken for those of the commands' times, in the same words."""
+    times, clocks = drive(COMMANDS)[0], {}
+    for off, clock in ((0.05, "header"), (0.8, "header"), (0.8, "recorder")):
+        path = bag(tmp_path, name=f"{off} {clock}", stamps=times - off)
+        if (off, clock) == (0.8, "header"):
+            with pytest.raises(
+                InputError, match=r"within 0\.1 s of one clock; .* are 0\.8 s apart"
+            ):
+                pj.exchange.load_bags(path, GRID, **ASKED, clock=clock)
+            continue
+        said = pj.exchange.load_bags(path, GRID, **ASKED, clock=clock).law.describe()
+        clocks[clock] = said.partition("clock = ")[2].partition(", recordings = ")[0]
+    mixed = "header, of /cmd_vel the recorder's, in the median 0.1 s apart at most"
+    assert "recorder, " in clocks["recorder"] and clocks["header"].startswith(mixed)
+
+
 def test_records_between_poses_bear_no_bound_on_motion(tmp_path):
     """A robot that sways in step with its poses leaves every tube that a bound of its speed, paid
     for the time between records, makes: the records are none of its places.

@@ -446,6 +446,16 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
         assert replace(watch, **change).details() != watch.details(), name
 
 
+def test_manoeuvres_that_are_told_are_no_recordings(claim):
+    """Of a claim about recordings 40 manoeuvres of one drive were told of as 40 recordings."""
+    watch = monitor(derived(claim, evidence={"rows": claim.n}), NET, share=1.0).bet(False)
+    assert "Of 1 recordings and manoeuvres, " in watch.details()
+    assert (
+        "INDEPENDENT(each that is told by `bet` is a new recording of its own)" in watch.details()
+    )
+    assert "INDEPENDENT" not in monitor(claim, NET).bet(False).details()
+
+
 def test_a_run_that_was_cut_short_is_no_run_that_stayed(claim):
     """The first 1 % of a manoeuvre that stayed was told as a run that stayed."""
     watch = monitor(claim, NET)

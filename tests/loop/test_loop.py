@@ -380,7 +380,8 @@ def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     assert committed is not None and committed.proved()
     file = json.loads(json.dumps(committed.certificate()))
     assert checker.check_answer(file).samples == 1
-    said, where = checker.check_answer(file).said  # no obstacle rests on anything
+    said, where, k = checker.check_answer(file).said  # no obstacle rests on anything
+    assert k == "what is measured of its k was so at its begin: k0 = 0.1"
     assert where.startswith("Here: all plans start at (0.2, 0.1) m with heading 0.5 rad.")
     assert said.startswith("Safe means here: safe for every start within ±0.01 m of the one")
     asked = committed.asked

@@ -3,16 +3,21 @@
 import copy
 import math
 import pickle
+from fractions import Fraction
 
 import jax
 import numpy as np
 import pytest
 from episodes import PATIENT, driven
 from toy_models import line_model
+from toy_movers import straight
 
 import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.uncertainty import FREE
+from parc_jax.problem.world.movers import mover_obstacles, see_mover
 
 pytestmark = pytest.mark.soundness
 RADIUS, OFF = 0.05, 0.01  # [m] of the body, and of the uncertainty of its place
@@ -96,6 +101,51 @@ def test_what_was_reserved_before_its_robot_was_seen_outside_is_void():
     loop.restart()
     with pytest.raises(pj.InputError, match="a robot that has left that since"):
         planner.solve(asked, jax.random.PRNGKey(0))
+
+
+def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_path):
+    """It began while the other was inside: its repr, its files and its episode said no word."""
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
+    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
+    obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
+    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
+    assert "m clear>" in repr(one) and not one.others_left
+    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=0.5).left
+    words = "a robot in its way left its tube by 0.5 s"
+    assert repr(one).endswith(f", {words}>") and words in one.certificate()["meta"]["rests_on"]
+    assert words in beside.go_on("").reason
+    file = pj.drive.save_episode(tmp_path / "one.json", [one])
+    report = checker.check_episode(checker.load(file), allowance_of)
+    assert report.premises[-1] == ["TUBE_LEFT", "measured", [f"manoeuvres[0]: {words}"]]
+    drive = lambda *_: pj.drive.Outcome(True, False, {}, [one], 0.7)  # noqa: E731
+    done = pj.drive.drive_episodes(drive, lambda _: 0, jax.random.key(0), 1, workers=0, quiet=True)
+    assert not done.contradictions and done.left == 1
+
+
+def test_who_moves_is_not_told_of_where_the_first_part_of_its_way_is_left_out():
+    """Its last part alone was told of as clear until the end."""
+    model, goes = line_model(4, 0.01, rests=True), lambda seen: -seen.path[:, -1, 0]
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    other = loop.step(np.array([0.0, 9.0]), [0.0], [], goes, at=0.0).committed
+    far = pj.box([5.0, 5.0], [6.0, 6.0])
+    dt, where = model.time.dt, [[9.0, 9.1], [9.0, 9.0], [9.0, 8.9]]
+    seen = see_mover(0.1 * np.arange(3), where, 0.1)
+    late = mover_obstacles(straight(), [seen], 0.1, model.time, 0.2)
+    for (obstacles, spans), at in (
+        (pj.drive.reserved(other, 0.0, model.time), 0.0),
+        (pj.problem.moving(far, [0.1, 0.0], (0, 3), dt, at=0.0), 0.0),
+        (late[:2], 0.2),
+    ):
+        for first, told in ((0, 4), (1, 0)):
+            told_of = {"at": at, "spans": spans[first:]}
+            step = loop.another().step(np.zeros(2), [0.0], obstacles[first:], goes, **told_of)
+            assert step.committed.told_until == step.committed.begin + told * Fraction(dt)
+    # one that comes to be later was nowhere before, as it is told of
+    obstacles, spans = pj.problem.moving(far, [0.1, 0.0], (2, 3), dt, at=0.0)
+    step = loop.another().step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans)
+    assert step.committed.told_until == step.committed.end
 
 
 def test_robots_whose_poses_drifted_share_no_frame():

@@ -169,6 +169,15 @@ def test_a_robot_that_left_its_tube_has_no_clearance_and_begins_again_at_rest():
     assert one.hear_pose(sliding.odometry(rest, rest, 3 * 10**9)).new and len(one.driven) == 1
 
 
+def test_what_edges_of_a_map_rest_on_is_stated_where_nobody_moves():
+    one = pilot()
+    one.hear_map(sliding.map_of(sliding.hall(POSTS)))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    step = one.hear_pose(sliding.odometry(np.zeros(2), np.zeros(2), 10**9))
+    assert step.committed.asked.problem.rests_on
+    assert "Within edges of free space nothing stands, and nothing has come" in one.statement(step)
+
+
 def test_no_more_is_free_at_the_start_than_was_looked_at():
     one = pilot(radius=0.4, sensor=(0.1, 0.0, 0.0), margin=0.8)
     one.hear_pose(sliding.odometry([0.0, 0.0], [0, 0], 10**9))

@@ -23,7 +23,7 @@ import shapely  # noqa: E402
 from lidar_worlds import Lidar, a_world  # noqa: E402
 
 from parc_jax.app.files.answer_file import load_answer  # noqa: E402
-from parc_jax.common.sets.hpolytope import HPolytope  # noqa: E402
+from parc_jax.common.sets.hpolytope import HPolytope, from_box  # noqa: E402
 from parc_jax.learning.bound.error_set import faces  # noqa: E402
 from parc_jax.learning.bound.tube import fitted_tube  # noqa: E402
 from parc_jax.learning.system import TURNS  # noqa: E402
@@ -168,6 +168,28 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
 
 
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+
+
+def test_edges_of_a_free_space_are_taken_all_and_as_they_are(tmp_path):
+    """Through an edge that was left out or moved a plan went where nothing is known to be free."""
+    model, inside = line_model(4, 0.01, rests=True), pj.box([-0.1, -0.1], [0.1, 0.1])
+    edges, goal = free_place(SQUARE).obstacles(), pj.box([-0.9, -0.9, -1.0], [0.9, 0.9, 1.0])
+    asked = pj.reach_avoid(goal, edges, 0.05, inside)
+    pj.exchange.save_problem(tmp_path / "scene.toml", asked)
+    saved = pj.exchange.load_problem(tmp_path / "scene.toml")
+    off = from_box(pj.box([-0.02, -0.02], [0.02, 0.02]))
+    grown = query(asked.replace(uncertainty=pj.Uncertainty(obstacles=off)), model).nominal().problem
+    for whole in (asked, saved, grown):
+        assert query(whole, model).nominal().problem.obstacles
+        for i, edge in enumerate(whole.obstacles):
+            others = (*whole.obstacles[:i], *whole.obstacles[i + 1 :])
+            away = replace(edge, b=edge.b + np.where(np.arange(len(edge.b)) == i, -0.2, 0.0))
+            for some in (others, (*others, away)):
+                with pytest.raises(InputError, match=r"expected all 4 edges of a free .* 1 of"):
+                    query(whole.replace(obstacles=some), model).nominal()
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, effort=pj.drive.Effort(64, deadline=300.0))
+    step = loop.step([0.0, 0.0], [], edges[1:], lambda seen: -seen.path[:, -1, 0])
+    assert not step.new and "1 of its sides are in none of those given" in step.reason
 
 
 def test_a_goal_beyond_the_edge_is_not_said_to_touch_anything():

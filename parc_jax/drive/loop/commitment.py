@@ -17,6 +17,7 @@ from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.bound.measure import allowance, kept
 from parc_jax.learning.bound.statement import in_short
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
 from parc_jax.problem.robust.nominal import NominalProblem
@@ -87,6 +88,8 @@ class Commitment:
         clear = f"{rounded_down(self.clearance, 3)} m clear{until}"
         if self.seen_outside:  # what was proved is of another run
             clear = f"its tube left by {exact(self.seen_outside[0])} s"
+        elif self.others_left:
+            clear = self.others_left
         return (
             f"<Commitment {self.number}: k = ({', '.join(map(exact, self.k))}) from "
             f"{exact(self.begin)} s to its end at {exact(self.end)} s, {clear}>"
@@ -100,12 +103,21 @@ class Commitment:
     @property
     def told_until(self) -> Fraction:
         """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends whose `Span.mover` does not go on; before it, it is nowhere.
+        obstacle with a span ends whose `Span.mover` does not go on, or its begin where the first
+        part of a mover is not there; before its first one it is nowhere.
         """
         time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
         begun = {(span.mover, span[0]) for span in spans if span.mover}
         ends = [span[1] + 1 for span in spans if (span.mover, span[1] + 1) not in begun]
+        ends += [0 for span in spans if span.mover and span.told_from not in begun]
         return self.begin + Fraction(time.dt) * min([time.n_steps, *ends])
+
+    @property
+    def others_left(self) -> str:
+        """That a robot whose manoeuvre is in its way was seen to leave that, in words; or empty."""
+        others = (getattr(s and s.of, "seen_outside", ()) for s in self.asked.problem.all_spans)
+        seen = [others[0] for others in others if others and others[0] < self.end]
+        return f"a robot in its way left its tube by {exact(min(seen))} s" if seen else ""
 
     def proved(self) -> bool:
         """Check it exactly, in some milliseconds."""
@@ -117,9 +129,12 @@ class Commitment:
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
         told = [f"start {START}"] * ("START" in self.untold)
         told += [f"its command is given {self.command}"] * bool(self.command)
+        k = [f"{name_of(asked.model.labels.k[i])} = {exact(self.k[i])}" for i in self.given]
+        told += [f"what is measured of its k was so at its begin: {', '.join(k)}"] * bool(k)
         told += self.assumed
         told += [about_drift(self.drifted)] * bool(self.drifted)
         told += [f"its tube was left by {float(t)!r} s" for t in self.seen_outside[:1]]
+        told += filter(None, [self.others_left])
         times["rests_on"] = [*resting_on(asked), *told]
         meta = {"pose": [*pose.place.tolist(), pose.heading]} | times
         return answer_part(asked.problem, asked.model, [self.part], [], [], no_plan=None, meta=meta)

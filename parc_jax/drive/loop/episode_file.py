@@ -88,6 +88,9 @@ def episode_part(
         others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
     said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]
+    said += [
+        f"manoeuvres[{i}]: {x.others_left}" for i, x in enumerate(commitments) if x.others_left
+    ]
     others += [("TUBE_LEFT", MEASURED, said)][: len(said)]
     part["premises"] = premises([*known_premises(part), *others]).to_json()
     hashes["episode"] = part_hash({name: part[name] for name in PARTS})

@@ -297,8 +297,8 @@ class Loop:
         reference point, where outside the tube, is said first. Raises InputError for a wrong gone.
         """
         left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
-        reason = "; ".join(filter(None, [left, reason]))
         last, off = self.under_way, math.inf  # of a drift that is not known it may lead anywhere
+        reason = "; ".join(filter(None, [left, last and last.others_left, reason]))
         with contextlib.suppress(InputError):
             off = at_least("drift", drift)
         if last is not None and gone is not None and leads_to(last, gone, off):

@@ -64,7 +64,8 @@ def reserved(
     dt, step = Fraction(model.time.dt), Fraction(time.dt)
     # the first interval by whose begin it rests
     rests = min(max(math.ceil((len(reach) - 1) * dt / step - age / step), 0), time.n_steps)
-    told = time.dt, float(age + commitment.begin), commitment, "", content_hash(A, reach)[:12]
+    name = f"{content_hash(A, reach)[:12]} from 0"
+    told = time.dt, float(age + commitment.begin), commitment, "", name
     spans = spans_of(0, rests - 1, every, *told)
     spans += spans_of(rests, time.n_steps - 1, time.n_steps, *told)
     ends = [(age + first * step, age + (last + 1) * step) for first, last in spans]

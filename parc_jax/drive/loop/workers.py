@@ -109,7 +109,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
                 of = f"of {begun} that its loop committed to"
                 raise InputError(f"Outcome: expected all that the robot drove; got {n} {of}.")
         # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
-        seen = any(one.seen_outside for one in committed)
+        seen = any(one.seen_outside or one.others_left for one in committed)
         left = seen or (left if isinstance(left, str | None) else bool(left))
         loops = sorted({one.loop for one in committed})
         short = [one.told_until - one.begin for one in committed if one.told_until < one.end]

@@ -96,11 +96,13 @@ class Monitor:
         if not claim.tube.claimed.all():
             law += ", of those in bins that have a claim"
         short = rounded_down if self.alarm else rounded_up
+        bets = self.seen - self.failed - len(self.groups or self.ids)
+        longer = bets > 0 and claim.unit != RUNS  # one of a drive is a part of a recording
         told: dict[str, Any] = {
             "claim": claim.hash[:12],
             "rate": rounded_up(str(self.rate), DIGITS),
             "alpha": rounded_up(str(self.alpha), DIGITS),
-            "seen": f"{self.seen:,} {claim.unit.many}",
+            "seen": f"{self.seen:,} {claim.unit.many}{' and manoeuvres' * longer}",
             "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
             # one that rings has no less than rings, also where both are told in short
@@ -108,7 +110,6 @@ class Monitor:
             "alarm": int(self.alarm),
             "counted as failed": self.failed,
         }
-        bets = self.seen - self.failed - len(self.groups or self.ids)
         part = "each followed to its end"
         if self.cut:
             share = rounded_down(100 * self.followed / self.cut, 3)
@@ -117,6 +118,7 @@ class Monitor:
         assumed = {
             "LAW": law,
             "TOLD": [f"{bets:,} by `bet`, not looked at, {part}"] * (bets > 0),
+            "INDEPENDENT": ["each that is told by `bet` is a new recording of its own"] * longer,
             "FRESH": not_named(claim, self.logs),
             "MISSING": gone,
             "ORDER_OF_K": ["not all have names"][: self.unnamed],

@@ -216,11 +216,14 @@ def _require_free(problem: Problem, model: TrajectoryModel, pose: Pose | None) -
         return
     # edges of a file have a copy of their region each
     written = {own: edge.written.partition(" ")[0] for own, edge in owners.items()}
-    sets: dict[str, tuple[Edge, list]] = {}
+    sets: dict[str, tuple[list[Edge], list]] = {}
     for one, by in zip(problem.obstacles, errors, strict=True):
         if isinstance(one, Edge):
-            sets.setdefault(written[id(one.region)], (one, []))[1].append(by)
-    regions = [(edge, _common_error(errors)) for edge, errors in sets.values()]
+            edges, off = sets.setdefault(written[id(one.region)], ([], []))
+            edges.append(one), off.append(by)
+    for edges, _ in sets.values():
+        edges[0].require_all(edges)
+    regions = [(edges[0], _common_error(errors)) for edges, errors in sets.values()]
     starts = np.array([[-np.inf, np.inf]] * 2).T
     heading = 0.0 if pose is None else pose.heading or 0.0
     if pose is not None:

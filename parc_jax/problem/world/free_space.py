@@ -16,7 +16,7 @@ from parc_jax.common.options import check_count
 from parc_jax.common.said import slot
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.outlines import Edge, require_near, thin_pieces
+from parc_jax.problem.world.outlines import Edge, require_near, sides_of, thin_pieces
 
 CALL = "free space"
 shapely = Late("shapely", CALL)
@@ -303,12 +303,9 @@ class FreeSpace:
 
     def _edges(self) -> np.ndarray:
         """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
-        rings = shapely.get_rings(shapely.get_parts(self.region))
-        places, ring = shapely.get_coordinates(rings, return_index=True)
-        if not len(places):
+        if self.region.is_empty:
             raise InputError(f"{CALL}: expected a region with an inside; this one is empty.")
-        same = ring[1:] == ring[:-1]
-        return np.stack([places[:-1], places[1:]], axis=1)[same]
+        return sides_of(self.region)
 
     def __repr__(self) -> str:
         corners = counted(shapely.get_num_coordinates(self.region), "corner")

@@ -221,7 +221,7 @@ def mover_obstacles(
         reach = reach_of(model, mover.k, Disc(radius), directions(0.0)) + A @ mover.place
         reach += SLACK + ABOUT * model.domain.hi[0]  # who goes as fast as its law has
         obstacles += polytopes(A, reach, model.time.dt, ends.tolist())
-        names.append(content_hash(A, reach)[:12])
+        names.append(f"{content_hash(A, reach)[:12]} from 0")
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
     some = counted(n, "mover")
     if eps is None:

@@ -69,7 +69,7 @@ def moving(
     when = "" if at is not None else "stands as told when a plan begins, "
     said = f"Who moves {when}is {speed}, and told of as all of its places in {wide}."
     said = said if off_by or v.any() else ""
-    mover = content_hash(poly.A, poly.b, v, [off_by, first, last])[:12]
+    mover = f"{content_hash(poly.A, poly.b, v, [off_by, first, last])[:12]} from {first}"
     spans = spans_of(first, last, every, dt, at, None, said, mover)
     rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
     step = Fraction(float(dt))

@@ -180,6 +180,22 @@ class Edge(HPolytope):
         told = f"; as told each time, at most: {self.told}" if self.told else ""
         return f"{free}; beyond them nothing is told{wide}{told}."
 
+    def require_all(self, edges: "list[Edge]") -> None:
+        """Raises InputError unless these, of one region, cover its boundary. [T41]"""
+        if self.region is None:
+            return
+        sides = sides_of(self.region)
+        had, rows = {x.A.tobytes() + x.b.tobytes() for x in edges}, zip(*_thin(sides), strict=True)
+        left = sides[[A.tobytes() + b.tobytes() not in had for A, b in rows]]
+        for one in edges if len(left) else ():  # of grown ones, too, each side is in one of them
+            held = (left @ one.A.T <= one.b - TOLERANCES.outline).all(axis=(1, 2))
+            left = left[~held]
+        if len(left):
+            raise InputError(
+                f"obstacles: expected all {len(sides)} edges of a free space, as it gave them; "
+                f"{len(left)} of its sides are in none of those given. Take them all."
+            )
+
     def holds(self, places: np.ndarray) -> bool:
         """Whether the hull of places (n, 2) [m] lies in the region."""
         if self.region is None or not np.isfinite(places).all():
@@ -202,18 +218,29 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
         return Edge(obstacle.A, obstacle.b, shapely.from_wkb(wkb or None), wide, told)
 
 
+def sides_of(region: "shapely.Geometry") -> np.ndarray:
+    """(n, 2 ends, 2) sides of all rings of polygons."""
+    rings = shapely.get_rings(shapely.get_parts(region))
+    places, ring = shapely.get_coordinates(rings, return_index=True)
+    return np.stack([places[:-1], places[1:]], axis=1)[ring[1:] == ring[:-1]]
+
+
 def thin_pieces(segments: npt.ArrayLike) -> list[HPolytope]:
     """Each segment (n, 2 ends, 2) grown by THIN, as a rectangle of four rows, rounded outward."""
-    segments = np.asarray(segments, np.float64)
+    A, b = _thin(np.asarray(segments, np.float64))
+    A.setflags(write=False), b.setflags(write=False)  # as of `owned`
+    return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
+
+
+def _thin(segments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows A (n, 4, 2), b (n, 4) of `thin_pieces`."""
     along = segments[:, 1] - segments[:, 0]
     length = np.hypot(*along.T)[:, None]
     along = np.where(length > 0, along / np.where(length > 0, length, 1.0), [1.0, 0.0])
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     A = np.stack([along, -along, across, -across], axis=1)
     ends = (A[:, :, None] * segments[:, None]).sum(axis=-1)
-    b = ends.max(axis=-1) + (THIN + TOLERANCES.outline)
-    A.setflags(write=False), b.setflags(write=False)  # as of `owned`
-    return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
+    return A + 0.0, ends.max(axis=-1) + (THIN + TOLERANCES.outline)  # no -0.0, which files lose
 
 
 def _triangles(polygon: "shapely.Polygon") -> list[list[Corner]]:
