@@ -105,7 +105,7 @@ def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     assert f"Safe: {100 * said.share:.3g} % of" in found.summary()
     doubt = found.scene.nominal.uncertainty is not None  # of which set, and what leaves so much
     assert ("with all that is uncertain, " in found.summary()) == doubt
-    assert ("the model's safe set for all that is uncertain" in set_of(found)) == doubt
+    assert (" for all that is uncertain" in set_of(found)) == doubt
     assert (" from one start" in set_of(found)) == (found.scene.at is not None)
 
 

@@ -19,7 +19,7 @@ from parc_jax.statement import conditions
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 EDGES = {"edgecolors": "white", "linewidths": 0.35}
-LETTERS = 48  # of a line of the title
+LETTERS, IN_LEGEND = 48, 36  # of a line of the title, and of the legend
 DRAWN = 2048  # plans of the corridors, which tell where it is safe
 
 
@@ -101,9 +101,10 @@ def regions(answer, table: RegionTable, to=None, *, axes=(0, 1), at=None):
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(names[axes[0]])
         ax.set_ylabel(names[axes[1]])
+        words = [f"{of.text(doubt)} ({int((verdict == of).sum())})" for of in OfRegion]
         entries = [
-            style.patch(f"{of.text(doubt)} ({int((verdict == of).sum())})", facecolor=color)
-            for of, color in zip(OfRegion, COLORS, strict=True)
+            style.patch(fill(text, IN_LEGEND), facecolor=color)
+            for text, color in zip(words, COLORS, strict=True)
         ]
         mark = style.mark("sample", color=style.BLACK, marker=".", linestyle="none")
         style.explain(sheet, entries + [mark] * dots, 2, "upper left")

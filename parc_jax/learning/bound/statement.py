@@ -17,8 +17,8 @@ AS_RECORDED = ", and run as one run that is drawn from a new recording"
 # beside plans, by the kind of their claim: of tubes of which no run showed that runs stay inside
 UNSHOWN = {
     VALIDATED: " under a tube that runs may leave",
-    "assumed": " under a tube that is only assumed",
-    "declared": " under a tube that is only declared",
+    "assumed": " under an assumed tube",
+    "declared": " under a declared tube",
 }
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
