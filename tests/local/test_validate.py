@@ -375,6 +375,7 @@ def test_accounts_of_one_scene_tell_of_each_other():
     planner, asked = toy.planner(), asked_of(looks=2)
     found = planner.solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
     assert "another delta" not in found.validation.details()
+    assert repr(found.looks) == "Looks(none declared; 1 look of other accounts)"
     again = looks_of_json(found.looks.to_json())
     for looks in (found.looks, again):  # also of a file
         tested = replace(found, looks=looks).choose(delta=0.001).test(SYSTEM, KEY, n=30)
