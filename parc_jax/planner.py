@@ -179,6 +179,8 @@ class Planner:
         """
         as_key(key)
         settings = _settings("solve", settings)
+        if validate is not None and settings.samples_only:
+            raise InputError("validate: expected settings of sets; got samples_only. Leave it out.")
         answer = self.prepare(problem, at=at).solve(key, settings)
         if validate is None and (self.model.held is None or settings.samples_only):
             return answer

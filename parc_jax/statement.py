@@ -13,7 +13,7 @@ from parc_jax.common.said import about_said
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up, some_of
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.statement import AS_RECORDED, LEAKY, VALIDATED, confidence_of, in_box
+from parc_jax.learning.bound.statement import AS_RECORDED, UNSHOWN, VALIDATED, confidence_of, in_box
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS, TimeGrid
@@ -214,21 +214,28 @@ def headline(answer) -> str:
     """An `Answer` in one line."""
     name = answer.model.system or "unnamed system"
     if not answer.status.found:
-        return f"Answer for {name}: {answer.status}{in_box(answer.scene.box_of_k)}"
+        return f"Answer for {name}: {answer.status}{conditions(answer)}"
     told = [counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")]
     if answer.coverage.share:
         share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of {set_of(answer)}"
         told.append(f"{share} (confidence {rounded_down(str(answer.coverage.confidence), 10)})")
+    else:
+        told[-1] += conditions(answer)
     return f"Answer for {name}: {answer.status}, {', '.join(told)}"
 
 
 def set_of(answer, name: str = "the model's safe set") -> str:
     """The set that the coverage of an `Answer` is of."""
-    tube, box = LEAKY.get(answer.model.claim.kind, ""), in_box(answer.scene.box_of_k)
     around = "" if answer.cover.within is None else " around what a search found"
+    return f"{name}{conditions(answer)}{around}"
+
+
+def conditions(answer) -> str:
+    """What all that is said of the plans of an `Answer` is under, for one line."""
+    tube, box = UNSHOWN.get(answer.model.claim.kind, ""), in_box(answer.scene.box_of_k)
     doubt = "" if answer.scene.nominal.uncertainty is None else " for all that is uncertain"
     start = "" if answer.scene.at is None else " from one start"
-    return f"{name}{tube}{box}{doubt}{start}{around}"
+    return f"{tube}{box}{doubt}{start}"
 
 
 def summary(answer, drawn: str) -> str:
@@ -248,7 +255,7 @@ def summary(answer, drawn: str) -> str:
             doubt=asked.uncertainty is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
-        lines.append(f"Safe{LEAKY.get(claim.kind, '')}: {share}.")
+        lines.append(f"Safe{UNSHOWN.get(claim.kind, '')}: {share}.")
         lines.append(f"{counted(len(answer.corridors), 'corridor').capitalize()}: {held}.")
         if cover.refused:
             lines.append(f"Refused by the checker, and left out: {cover.refused:,}.")
@@ -346,5 +353,5 @@ def details(answer, drawn: str, polytopes: int) -> str:
         none = none if uncertainty is None else f"{none} {uncertainty.meaning}"
         lines = [none, scene, *tube]
     lines += [] if cover.ended is None else [cover.ended.sentence]
-    lines += [] if answer.validation is None else [answer.validation.details()]
+    lines += [] if answer.validation is None else [answer.validation.sentence]
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)

@@ -66,9 +66,11 @@ class Looks:
     others: tuple[Fraction, ...] = ()
 
     def __repr__(self) -> str:
-        if self.delta is None:
-            return "Looks(none declared)"
-        return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
+        own = "none declared"
+        if self.delta is not None:
+            own = f"{self.taken} of {self.planned} taken, delta {rounded_up(self.delta)}"
+        others = f"; {counted(len(self.others), 'look')} of other accounts" if self.others else ""
+        return f"Looks({own}{others})"
 
     def __copy__(self, *_) -> "Looks":
         return self

@@ -19,7 +19,7 @@ from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.systems.user_code import said
 from parc_jax.problem.problem import goal_box
-from parc_jax.statement import about_coverage, all_plans, set_of
+from parc_jax.statement import about_coverage, all_plans, resting_on, set_of
 
 _log = logging.getLogger(__name__)
 LOCAL = "127.0.0.1"
@@ -248,7 +248,7 @@ class Page:
 
 
 def about_set(answer: Answer) -> list[str]:
-    """What is measured of a set, of which k, how surely, and under which tube."""
+    """What is measured of a set, of which k, how surely, under which tube, and what it rests on."""
     claim, share, lines, scene = answer.model.claim, answer.share, [], answer.scene
     box, robust = scene.box_of_k, scene.nominal.uncertainty is not None
     of = all_plans(scene.at is not None, box if box == claim.law.box else "the sliders' part of K")
@@ -260,7 +260,7 @@ def about_set(answer: Answer) -> list[str]:
         lines.append(f"**{least} to {most} %** of {of}{around}, are safe{doubt}, {sure}")
     corridors = counted(len(answer.corridors), "corridor")
     lines.append(f"{corridors}: {about_coverage(answer.coverage, set_of(answer, 'the safe ones'))}")
-    return [*lines, f"the tube is {in_short(claim)}"]
+    return [*lines, f"the tube is {in_short(claim)}", *resting_on(scene.nominal)]
 
 
 def _in_space(x: np.ndarray) -> np.ndarray:

@@ -68,7 +68,9 @@ class OfRegion(IntEnum):
     NOT_FOUND = 1
     UNREACHABLE = 2
 
-    @property
-    def text(self) -> str:
-        """For people."""
-        return ("safe plan found", "no safe plan found", "proved: no plan with this tube")[self]
+    def text(self, doubt: bool = False) -> str:
+        """For people. doubt: of plans for all that is uncertain."""
+        none = "no plan with this tube"
+        none = f"{none} can be shown to withstand what is uncertain" if doubt else none
+        told = "safe plan found", "no safe plan found", f"float64 with margins: {none}"
+        return told[self]

@@ -4,6 +4,7 @@ that names the entry.
 
 from dataclasses import fields
 from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 
@@ -110,6 +111,11 @@ def _by_name(pairs: tuple) -> dict:
     return {str(p): list(v) if isinstance(v, tuple) else v for p, v in single.items()}
 
 
+def _decimal(x: Fraction) -> float | str:
+    """The number whose decimal it is; its fraction as text where no float has that decimal."""
+    return near if Fraction(str(near := float(x))) == x else str(x)
+
+
 # fields of an uncertainty in a file, in its order: how an entry is read, and how it is written
 UNCERTAINTY = {
     "start": (_numbers, list),
@@ -118,8 +124,7 @@ UNCERTAINTY = {
     "k": (_numbers, _by_name),
     "given": (_numbers, _by_name),
     "unknown": (_numbers, _by_name),
-    # for a rational: its decimal
-    "sensing_eps": (lambda _, x: x if isinstance(x, list | dict) else str(x), float),
+    "sensing_eps": (lambda _, x: x if isinstance(x, list | dict) else str(x), _decimal),
     "obstacles": (grown_set_of, None),  # written with each obstacle
 }
 UNCERTAINTY_ENTRIES = tuple(field.name for field in fields(Uncertainty))

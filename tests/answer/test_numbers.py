@@ -102,10 +102,10 @@ def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     said = found.share
     assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12
     assert said.at_most - said.at_least < 0.1
-    assert f"Safe: {100 * said.share:.3g} % of" in found.summary()
+    assert f"Safe under an assumed tube: {100 * said.share:.3g} % of" in found.summary()
     doubt = found.scene.nominal.uncertainty is not None  # of which set, and what leaves so much
     assert ("with all that is uncertain, " in found.summary()) == doubt
-    assert ("the model's safe set for all that is uncertain" in set_of(found)) == doubt
+    assert (" for all that is uncertain" in set_of(found)) == doubt
     assert (" from one start" in set_of(found)) == (found.scene.at is not None)
 
 
@@ -124,10 +124,16 @@ def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
 
 def test_without_uniform_draws_there_is_no_safe_share():
     counted = replace(answer(), cover=answer().cover._replace(volume=float("nan")))
-    assert counted.share is None and "Safe: what share of the plans was not" in counted.summary()
+    assert (
+        counted.share is None
+        and "assumed tube: what share of the plans was not" in counted.summary()
+    )
 
 
 def test_a_few_safe_draws_are_an_interval_and_no_estimate():
     few = replace(answer(), cover=answer().cover._replace(drawn=40, reaching=30, safe=3))
     # Clopper-Pearson of 3 in 40
-    assert f"Safe: 0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99." in few.summary()
+    assert (
+        f"Safe under an assumed tube: 0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99."
+        in few.summary()
+    )

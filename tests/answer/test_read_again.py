@@ -123,6 +123,6 @@ def test_a_tested_set_and_a_local_plan_read_again_say_what_they_said(start, amon
     planner, at = pj.Planner(model("one", Sure)), FROM[start]
     answer = planner.solve(question(AMONG[among]), KEY, SETTINGS, at=at, validate=validate)
     require_alike(answer.validation.answer, tmp_path / "tested.json")
-    assert answer.details().endswith(answer.validation.details())
+    assert answer.details().endswith(answer.validation.sentence)
     plan = answer.choose().localise(Sure(), KEY, LOCAL, settings=SETTINGS)
     require_alike(plan.near.answer, tmp_path / "near.json")

@@ -75,14 +75,17 @@ def test_an_answer_with_k_from_a_part_of_K_says_so_everywhere_and_in_its_file(tm
     again = load_answer(one.save(tmp_path / "part.json"))
     assert (again.sample(jax.random.PRNGKey(0), 200) == held).all()
     for each in (one, again):
-        assert f"% of the model's safe set with k in {PART} (confidence" in repr(each)
+        assert (
+            f"% of the model's safe set under an assumed tube with k in {PART} (confidence"
+            in repr(each)
+        )
         _, _, share, covered, *_ = each.summary().split("\n")
         assert f"of the plans with k in {PART} whose first point ends in" in share
-        assert f"% of the safe set with k in {PART} (at least" in covered
+        assert f"% of the safe set under an assumed tube with k in {PART} (at least" in covered
         assert (
             f"Plans were asked for with k in {PART}, a part of K, and no others." in each.details()
         )
-    assert repr(none).endswith(f": not-found with k in {PART}>")
+    assert repr(none).endswith(f": not-found under an assumed tube with k in {PART}>")
     assert none.details().startswith(f"No safe plan was found with k in {PART}. This is")
     assert "k in [" not in repr(answer()) + answer().summary() + answer().details()
     assert "k" not in answer_data(answer())["meta"]
@@ -156,13 +159,15 @@ def test_where_nothing_was_found_nothing_is_promised():
     assert (none, ended) == (nothing_found(None), Ended.WORK.sentence)
     assert starts == "All plans start with the heading of the model's runs."
     assert scene.startswith("It is of a body") and tube.startswith("(E) ASSUMED")
-    assert repr(nothing()) == "<Answer for <b>toy</b> & co: not-found>"
+    assert repr(nothing()) == ("<Answer for <b>toy</b> & co: not-found under an assumed tube>")
 
 
 def test_coverage_that_was_not_measured_has_no_number():
     """A first plan alone had "at least 0 %", with a confidence."""
     measured, one = found(), found(coverage=nothing_covered(0.99), corridors=[])
-    assert "% of the model's safe set (confidence " in repr(measured)
+    tube = " under an assumed tube"
+    assert f"% of the model's safe set{tube} (confidence " in repr(measured)
+    assert repr(one).endswith(f"0 corridors{tube}>")
     assert "%" not in repr(one) and "confidence" not in repr(one)
     assert "they cover was not measured" in one.summary()
 

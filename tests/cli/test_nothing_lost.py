@@ -22,6 +22,8 @@ from parc_jax.app.cli.systems import find
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound.settings import ModelBound
+from parc_jax.learning.runs.law import subject_of
+from parc_jax.learning.systems.chained import LEFT
 from parc_jax.safe_set.settings import Settings
 
 STUDY = Study(repeats=1, settings=Settings(samples=5, budget_s=300, target=0.3))
@@ -233,6 +235,53 @@ def test_a_question_that_does_not_fit_is_refused_before_the_first_run(
     code, complained = shell("run", "toy_cart", "--quiet")
     assert code == 2 and why in complained
     assert list(tmp_path.iterdir()) == []
+
+
+DOUBTS = [
+    (pj.Uncertainty(goal=0.01), {"driven", "risk"}),
+    (pj.Uncertainty(start=0.01, sensing_eps="1e-3"), {"driven", "risk"}),
+    (pj.Uncertainty(k={0: 0.01}), {"driven", "risk", "repeats"}),
+    (pj.Uncertainty(given={0: 0.7}), {"driven", "risk"}),
+    (pj.Uncertainty(unknown={0: (0.7, 0.8)}), {"driven", "risk", "repeats"}),
+    (pj.Uncertainty(), set()),
+]
+
+
+@pytest.mark.parametrize(("doubt", "cannot"), DOUBTS)
+def test_what_cannot_be_made_under_an_uncertainty_is_refused_where_it_is_asked_for(
+    shell, tmp_path, monkeypatch, doubt, cannot
+):
+    scene = toy_cart.problem().replace(uncertainty=doubt)
+    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
+    assert set(job.unmade(scene, subject_of(toy_cart.Cart()), "uniform")) == cannot
+    for name, value in {"driven": True, "risk": 0.05, "repeats": 50}.items():
+        if name in cannot:
+            code, why = shell("run", "toy_cart", f"--{name}", value, "--quiet")
+            assert code == 2 and why.endswith("got one under an uncertainty. Leave it out.\n")
+            assert f"parc-jax: {name}: expected" in why and list(tmp_path.iterdir()) == []
+
+
+def test_of_a_robot_that_moves_or_is_measured_at_the_start_less_is_made():
+    cart = subject_of(toy_cart.Cart())
+    moving = f"a chain of 3 manoeuvres before it, {LEFT}0.2 to 0.6 s"
+    assert set(job.unmade(toy_cart.problem(), cart, moving)) == {"driven", "repeats"}
+    assert set(job.unmade(toy_cart.problem(), replace(cart, given=(0,)), "uniform")) == {"risk"}
+
+
+def test_what_a_study_leaves_out_is_told(monkeypatch, tmp_path):
+    """A default of the system's study that cannot be made of this problem."""
+    from parc_jax.app.study.report import report
+
+    model, answer = toy_driven.model(), replace(toy_driven.answer(), samples=np.zeros((0, 4)))
+    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
+    monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
+    study = STUDY.replace(driven=True, risk=0.05, repeats=20)
+    system = plant(toy_driven.gusty, 4)
+    scene = toy_driven.problem().replace(uncertainty=pj.Uncertainty(k={0: 0.01}))
+    outcome = job.run_study(system, scene, study, tmp_path, 0, model, quiet=True)
+    why = "(under an uncertainty)"
+    left = f"the validated set {why}, the plan to drive {why}, the replay {why}"
+    assert f"\nNot made: {left}.\n" in report(outcome, tmp_path)
 
 
 def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):

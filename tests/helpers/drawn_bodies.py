@@ -89,5 +89,5 @@ def drone(e: float = 0.01) -> tuple[TrajectoryModel, Problem]:
 
 def bare_answer(model: TrajectoryModel, problem: Problem, plans) -> SimpleNamespace:
     """What pictures of plans (n, n_p + n_k) read of an Answer, without any proof."""
-    scene = SimpleNamespace(nominal=NominalProblem(problem, model))
+    scene = SimpleNamespace(nominal=NominalProblem(problem, model), at=None, box_of_k="K")
     return SimpleNamespace(model=model, problem=problem, scene=scene, samples=np.array(plans))

@@ -1,5 +1,7 @@
 """Uncertainty in scene files: read as it stands, written and read again alike."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,15 @@ def test_what_is_written_is_read_again(suffix, tmp_path):
     one = reach_avoid(first.goal, first.obstacles, 0.1, uncertainty=box_of_all)
     again = load_problem(save_problem(tmp_path / f"one.{suffix}", one)).uncertainty
     assert len(again.obstacles) == 2 and again.obstacles[0] is not None
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+@pytest.mark.parametrize("told", ["0.001", "1/3", Fraction(1, 10**330), "0.1000000000000000000001"])
+def test_no_chance_of_a_wrong_measurement_is_rounded_away(suffix, told, tmp_path):
+    known = Uncertainty(sensing_eps=told)
+    asked = problem_of_text(SCENE, "scene").replace(uncertainty=known)
+    again = load_problem(save_problem(tmp_path / f"scene.{suffix}", asked)).uncertainty
+    assert again.sensing_eps == known.sensing_eps > 0
 
 
 @pytest.mark.parametrize(

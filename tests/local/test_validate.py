@@ -37,6 +37,7 @@ from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.method import Exact, FirstProved
+from parc_jax.problem.problem import Span
 from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.certificate.write import part_hash
 
@@ -236,6 +237,23 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
 
 
+def test_what_its_obstacles_rest_on_is_said_beside_a_set_and_once():
+    span = Span((0, 2), said="That it is there rests on a promise")
+    scene = toy.problem().replace(spans=[span])
+    found = toy.planner().solve(scene, KEY, toy.SETTINGS, validate=asked_of())
+    said = "1 obstacle of 1 is told of for some of the 4 intervals"
+    for words in (found.validation.details(), found.details()):
+        assert words.count(said) == words.count("rests on a promise") == 1
+    assert found.validation.details().startswith(found.validation.sentence)
+
+
+def test_settings_that_look_for_no_set_spend_no_look():
+    asked = asked_of()
+    with pytest.raises(InputError, match="validate: expected settings of sets; got samples_only"):
+        toy.planner().solve(toy.problem(), KEY, pj.Settings.fast(), validate=asked)
+    assert asked.looks.taken == 0
+
+
 def test_from_one_start_its_share_is_of_k_and_its_plans_start_there(tmp_path):
     asked = asked_of()
     here = toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, at=(0.05, 0.0), validate=asked)
@@ -357,6 +375,7 @@ def test_accounts_of_one_scene_tell_of_each_other():
     planner, asked = toy.planner(), asked_of(looks=2)
     found = planner.solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=asked)
     assert "another delta" not in found.validation.details()
+    assert repr(found.looks) == "Looks(none declared; 1 look of other accounts)"
     again = looks_of_json(found.looks.to_json())
     for looks in (found.looks, again):  # also of a file
         tested = replace(found, looks=looks).choose(delta=0.001).test(SYSTEM, KEY, n=30)

@@ -11,7 +11,7 @@ from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import film, shapes
 from parc_jax.app.plot.errors import errors
-from parc_jax.app.plot.regions import region_verdicts
+from parc_jax.app.plot.regions import region_verdicts, regions
 from parc_jax.app.plot.samples import samples
 from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
@@ -42,7 +42,8 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     assert isinstance(drawn, Figure)
     whole, near = drawn.axes
     assert whole.get_aspect() == near.get_aspect() == 1.0
-    assert whole.get_title("left") == "4 safe samples; in the black box 4 reach the goal, 1 touch"
+    told = "4 safe samples under an assumed tube; in the black box 4 reach the goal, 1 touch"
+    assert whole.get_title("left").replace("\n", " ") == told
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert "true run that failed" in labels and "goal" in labels
     lo, hi = np.array([whole.get_xlim(), whole.get_ylim()]).T
@@ -52,11 +53,25 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"a.png", "a.pdf"}
 
 
-def test_samples_of_a_validated_set_are_safe_under_a_tube_that_runs_may_leave(answer):
-    tested = toy_answer()
-    tested.model = answer.model.replace(claim=replace(answer.model.claim, kind=VALIDATED))
-    titles = [samples(one).axes[0].get_title("left") for one in (tested, answer)]
-    assert titles == ["4 safe samples under a tube that runs may leave", "4 safe samples"]
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("pac", ""),
+        (VALIDATED, " under a tube that runs may leave"),
+        ("assumed", " under an assumed tube"),
+        ("declared", " under a declared tube"),
+    ],
+)
+def test_samples_regions_and_films_tell_of_a_tube_that_runs_may_leave(answer, kind, words):
+    one = toy_answer()
+    one.corridors = ()
+    one.model = answer.model.replace(claim=replace(answer.model.claim, kind=kind))
+    table = enumerate_regions(one.model.net, one.model.domain)
+    drawn = [samples(one), regions(one, table)]
+    titles = [figure.axes[0].get_title("left") for figure in drawn]
+    assert titles == [f"4 safe samples{words}", f"1 region{words}"]
+    caption = film._PlanCanvas(one, 0, None).figure._suptitle.get_text().split("\n")
+    assert caption[1:-1] == [words[1:]] * bool(words)
 
 
 def test_samples_show_the_body_and_the_tube_of_every_point():
@@ -76,7 +91,7 @@ def test_samples_in_space_are_seen_from_three_sides():
     assert [above.get_xlabel(), above.get_ylabel()] == ["x [m]", "y [m]"]
     assert [side.get_xlabel(), side.get_ylabel()] == ["x [m]", "z [m]"]
     assert [front.get_xlabel(), front.get_ylabel()] == ["y [m]", "z [m]"]
-    assert above.get_title("left") == "1 safe sample\nfrom above"
+    assert above.get_title("left") == "1 safe sample under an assumed tube\nfrom above"
     for ax, axes in ((above, (0, 1)), (side, (0, 2)), (front, (1, 2))):  # a wall, from each side
         lo, hi = np.array([ax.get_xlim(), ax.get_ylim()]).T
         for wall in answer.problem.obstacles:

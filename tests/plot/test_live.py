@@ -332,7 +332,7 @@ def test_a_set_of_the_sliders_part_says_so_wherever_it_goes(tmp_path):
     answer, _ = dragged.settle()
     part = "[1.5, 1.75] x [-0.25, 0.25]"
     for one in (answer, pj.load_answer(answer.save(tmp_path / "part.json"))):
-        assert f"set with k in {part} from one start (" in repr(one)
+        assert f"set under an assumed tube with k in {part} from one start (" in repr(one)
         assert (
             f"% of all k in {part} (" in one.summary() and f" with k in {part}, " in one.details()
         )
@@ -443,6 +443,12 @@ def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
     assert "whatever else the goal asks" in first  # it is of these plans alone
     assert first.endswith(f"are safe, confidence {rounded_down(str(share.confidence), 10)}")
     assert last == f"the tube is {answer.model.claim.kind}, not shown"
+    span = Span((1, 2), said="That it is there rests on a promise")
+    known = pj.Uncertainty(start=0.01, sensing_eps="0.2")
+    asked = pj.reach_avoid(GOAL, BLOCKS[:1], 0.1, START, spans=[span], uncertainty=known)
+    said = "\n".join(about_set(Live(line_model(e=0.01, half=2.5), asked).settle()[0]))
+    assert "That it is there rests on a promise" in said
+    assert "but for a probability of at most 0.2 each time" in said
 
 
 @pytest.mark.slow

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
+from drawn_bodies import bare_answer
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
-from toy_models import model_of, random_network
+from toy_models import model_of, random_network, uniform_tube
 
 import parc_jax as pj
 from parc_jax.app.plot.regions import COLORS, region_verdicts, regions, slices
@@ -15,7 +16,9 @@ from parc_jax.common.sets.box import box
 from parc_jax.common.status import OfRegion
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
+from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.regions.subdivide import enumerate_regions
+from parc_jax.safe_set.verdict.scene import scene_of
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +34,12 @@ def arcs():
         samples=samples,
         corridors=(SimpleNamespace(k=np.array([4.8, 0.1])),),
         sample=lambda key, n: samples,
+        scene=scene_of(gap_problem(), model),
     ), table
+
+
+def words_of(drawn) -> list[str]:
+    return [text.get_text().replace("\n", " ") for text in drawn.legends[0].get_texts()]
 
 
 def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reaches(arcs, rng):
@@ -58,8 +66,16 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     assert all(reaches[region == r].any() for r in lost)
     assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
     # of the tube too: runs from such a region may reach the goal
-    named = [text.get_text() for text in regions(table, verdict).legends[0].get_texts()]
-    assert named[2] == f"proved: no plan with this tube ({(verdict == OfRegion.UNREACHABLE).sum()})"
+    missed = (verdict == OfRegion.UNREACHABLE).sum()
+    drawn = regions(answer, table)
+    assert words_of(drawn)[2] == f"float64 with margins: no plan with this tube ({missed})"
+    # a region that misses a goal less its error may have plans: none is shown to withstand it
+    known = gap_problem().replace(uncertainty=pj.Uncertainty(goal=0.01))
+    about = {"nominal": query(known, answer.model).nominal(), "at": None, "box_of_k": "K"}
+    uncertain = SimpleNamespace(**(vars(answer) | {"scene": SimpleNamespace(**about)}))
+    drawn = regions(uncertain, table)
+    assert "can be shown to withstand what is uncertain (" in words_of(drawn)[2]
+    assert drawn.axes[0].get_title("left").replace("\n", " ").endswith(" for all that is uncertain")
 
 
 def test_a_goal_is_out_of_reach_by_the_errors_that_the_verdict_has():
@@ -115,16 +131,12 @@ def test_regions_of_another_network_are_refused(arcs):
 
 def test_regions_are_drawn_in_their_colours(arcs):
     answer, table = arcs
-    verdict = np.arange(table.count) % 3
-    names = ["v [m/s]", "heading [rad]"]
-    drawn = regions(table, verdict, names=names, safe_k=answer.samples[:, 2:])
-    left = drawn.axes[0]
+    left = regions(answer, table).axes[0]
     assert len(left.collections[0].get_paths()) == table.count
-    shown = [tuple(np.round(255 * c[:3])) for c in left.collections[0].get_facecolors()[:3]]
-    assert shown == [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for c in COLORS]
-    assert left.get_xlabel() == "v [m/s]"
-    with pytest.raises(InputError):
-        regions(table, verdict[:-1])
+    shown = [tuple(np.round(255 * c[:3])) for c in left.collections[0].get_facecolors()]
+    colors = [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for c in COLORS]
+    assert shown == [colors[v] for v in region_verdicts(answer, table)]
+    assert left.get_xlabel() == answer.model.labels.k[0]
 
 
 def test_slices_of_three_parameters_tile_the_plane(rng):
@@ -140,5 +152,9 @@ def test_slices_of_three_parameters_tile_the_plane(rng):
     for number, outline in zip(numbers, outlines, strict=True):
         middle = outline.mean(axis=0)
         assert int(table.locate(np.array([middle[0], 0.3, middle[1]]))) == number
-    drawn = regions(table, np.zeros(table.count, int), axes=(0, 2), at=np.array([0.0, 0.3, 0.0]))
+    model = model_of(net, table.domain, *uniform_tube(2))
+    problem = pj.reach_avoid(pj.box([-0.5, -0.5, -1.0], [0.5, 0.5, 1.0]), [], 0.1)
+    answer = bare_answer(model, problem, np.zeros((0, 5)))
+    answer.corridors = ()
+    drawn = regions(answer, table, axes=(0, 2), at=np.array([0.0, 0.3, 0.0]))
     assert "cut at k1 = 0.3" in drawn.axes[0].get_title("left")

@@ -339,7 +339,7 @@ def test_the_words_name_all_of_it():
         "every execution with angle off by up to 0.5 rad;",
         "every goal moved by up to ±0.3 m;",
         "every obstacle moved by an error of its set, which lies within -0.1 to 0.1, -0.1 to 0.1 m",
-        "every load within ±0.25 of 5 t (measured, executed roughly)",
+        "every load within ±0.25 t of 5 t (measured, executed roughly)",
         "every wind from 1 to 2 m/s (measured)",
         "grip = 0.123456789 (measured)",
         "every speed from 3 to 4 m/s (unknown)",

@@ -31,6 +31,10 @@ def grouped(runs, groups):
     )
 
 
+def test_a_batch_in_one_line(runs):
+    assert repr(runs) == f"RolloutBatch({runs.n} runs of {runs.name})"
+
+
 def test_a_split_never_tears_a_group(runs):
     groups = np.repeat(np.arange(10), 3)[np.random.default_rng(0).permutation(30)]
     batch = grouped(runs, groups)

@@ -70,6 +70,8 @@ def run(
     with held(out), only_of(module, out / UNFINISHED):
         how = {"model": saved, "learn_from": learn_from, "figures": figures, "quiet": shell.quiet}
         said = partial(during, quiet=shell.quiet)
-        outcome = run_study(black_box, problem, settings, out, shell.seed, **how, during=said)
+        outcome = run_study(
+            black_box, problem, settings, out, shell.seed, **how, during=said, asked=study
+        )
     print(json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out))
     return 0 if outcome.answer.status.found else 1

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.plot.regions import region_verdicts, regions
+from parc_jax.app.plot.regions import regions
 from parc_jax.app.plot.samples import samples
 from parc_jax.app.study.replay import Replay
 from parc_jax.proof.regions import RegionTable, enumerate_regions
@@ -22,8 +22,7 @@ def figures_of(
 
     def draw_regions(path: Path):
         found = enumerate_regions(model.net, model.domain) if table is None else table
-        verdicts, safe_k = region_verdicts(answer, found), answer.samples[:, model.n_p :]
-        return regions(found, verdicts, path, names=model.labels.k, safe_k=safe_k)
+        return regions(answer, found, path)
 
     supported: dict[str, Callable[[Path], object]] = {}
     if len(answer.samples):

@@ -1,7 +1,7 @@
 """The regions of a network over K, and their verdicts, by which they are coloured."""
 
-from collections.abc import Sequence
 from contextlib import suppress
+from textwrap import fill
 
 import jax
 import numpy as np
@@ -15,9 +15,11 @@ from parc_jax.common.spelling import counted, hex_text
 from parc_jax.common.status import OfRegion
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.proof.regions.table import RegionTable
+from parc_jax.statement import conditions
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 EDGES = {"edgecolors": "white", "linewidths": 0.35}
+LETTERS, IN_LEGEND = 48, 36  # of a line of the title, and of the legend
 DRAWN = 2048  # plans of the corridors, which tell where it is safe
 
 
@@ -75,42 +77,34 @@ def _misses_goal(problem, model, table: RegionTable, region: int) -> bool:
     return bool(((ends @ goal.A.T).min(axis=0) + at > allowed + slack).any())
 
 
-def regions(
-    table: RegionTable,
-    verdict,
-    to=None,
-    *,
-    names: Sequence[str] | None = None,
-    axes=(0, 1),
-    at=None,
-    safe_k=None,
-):
-    """Regions coloured by verdict.
+def regions(answer, table: RegionTable, to=None, *, axes=(0, 1), at=None):
+    """Regions coloured by their verdict in an answer, with its samples as dots where n_k = 2.
 
-    table: RegionTable over a box. verdict: (r,) from `region_verdicts`. names: labels with units of
-    the coordinates of k. axes: the two coordinates shown. at: (n_k,) where the other coordinates
-    are cut, None = the middle of K. safe_k: (m, n_k) safe parameters shown as dots where n_k = 2.
-    to: as in `style.sheet`, one Axes. Raises InputError.
+    answer: Answer. table: regions of its network, over a box. axes: the two coordinates shown. at:
+    (n_k,) where the other coordinates are cut, None = the middle of K. to: as in `style.sheet`, one
+    Axes. Raises InputError.
     """
-    verdict = np.asarray(verdict)
-    if verdict.shape != (table.count,):
-        raise InputError(f"regions: expected one verdict per region ({table.count}).")
+    verdict, names = region_verdicts(answer, table), answer.model.labels.k
+    safe_k = answer.samples[:, answer.model.n_p :]
+    doubt = answer.scene.nominal.uncertainty is not None
     shown, outlines = slices(table, axes, at)
-    dots = safe_k is not None and table.net.n_in == 2
+    dots = len(safe_k) > 0 and table.net.n_in == 2
     with style.sheet(to, (4.6, 4.2)) as sheet:
         (ax,) = sheet.axes
         style.areas(ax, outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES)
         if dots:
-            ax.scatter(*np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0)
+            ax.scatter(*safe_k[:, axes].T, s=4, color=style.BLACK, linewidth=0)
         title, at = counted(table.count, "region"), table.domain.center if at is None else at
-        others = [f"{_name(names, i)} = {v:.3g}" for i, v in enumerate(at) if i not in axes]
-        ax.set_title(f"{len(shown)} of {title}, cut at {', '.join(others)}" if others else title)
+        others = [f"{names[i]} = {v:.3g}" for i, v in enumerate(at) if i not in axes]
+        title = f"{len(shown)} of {title}, cut at {', '.join(others)}" if others else title
+        ax.set_title(fill(f"{title}{conditions(answer)}", LETTERS))
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
-        ax.set_xlabel(_name(names, axes[0]))
-        ax.set_ylabel(_name(names, axes[1]))
+        ax.set_xlabel(names[axes[0]])
+        ax.set_ylabel(names[axes[1]])
+        words = [f"{of.text(doubt)} ({int((verdict == of).sum())})" for of in OfRegion]
         entries = [
-            style.patch(f"{of.text} ({int((verdict == of).sum())})", facecolor=color)
-            for of, color in zip(OfRegion, COLORS, strict=True)
+            style.patch(fill(text, IN_LEGEND), facecolor=color)
+            for text, color in zip(words, COLORS, strict=True)
         ]
         mark = style.mark("sample", color=style.BLACK, marker=".", linestyle="none")
         style.explain(sheet, entries + [mark] * dots, 2, "upper left")
@@ -139,7 +133,3 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
             numbers.append(i)
             outlines.append(outline)
     return np.array(numbers, int), outlines
-
-
-def _name(names: Sequence[str] | None, axis: int) -> str:
-    return f"k{axis}" if names is None else names[axis]

@@ -3,6 +3,7 @@ and the true runs; in space from three sides.
 """
 
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 
@@ -10,9 +11,10 @@ from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
-from parc_jax.learning.bound.statement import LEAKY
+from parc_jax.statement import conditions
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
+LETTERS = 64  # of a line of the title
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
 SHOWN_RECORDS = 4  # true runs are drawn through about this many points per model interval
 FOOTPRINTS = 9  # of the body along the first sample
@@ -42,8 +44,8 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     paths = predicted(answer.model, answer.samples[:count])
     pictures = [_Picture(answer, view, *paths, replay, count) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
-    of = f"{counted(count, 'safe sample')}{LEAKY.get(answer.model.claim.kind, '')}"
-    return drawn(pictures, to, f"{of}{pictures[0].tally()}")
+    of = f"{counted(count, 'safe sample')}{conditions(answer)}"
+    return drawn(pictures, to, fill(f"{of}{pictures[0].tally()}", LETTERS))
 
 
 def _in_plane(pictures: list["_Picture"], to, title: str):

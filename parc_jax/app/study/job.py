@@ -6,7 +6,7 @@ import json
 import platform
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from parc_jax.app.study.replay import replay, tally
 from parc_jax.app.study.report import METRICS, VALIDATED_SET, Studied, facts_of, final_error
 from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
+from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local, key_of_trial
@@ -29,14 +30,17 @@ from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import subject_of
+from parc_jax.learning.runs.law import Subject, subject_of
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
+from parc_jax.problem.uncertainty import FREE, Uncertainty
 from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.verdict.outline import require_fit, require_same
 
 LOOKS = 2  # a test of the plan to drive, and a claim near it
+# what fields of a study ask for
+MADE = {"risk": "the validated set", "driven": "the plan to drive", "repeats": "the replay"}
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
@@ -51,6 +55,7 @@ def run_study(
     learn_from=None,
     figures: bool = False,
     during: Callable[[str], AbstractContextManager] = nullcontext,
+    asked: Collection[str] = (),
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
@@ -60,6 +65,8 @@ def run_study(
         that is learned: of plans proved under a bound of few runs.
     quiet: no progress bars, and no word about places of files on stderr.
     during: entered for each stage, by its name.
+    asked: fields of the study that are asked for by name: refused where they cannot be made, while
+        others are left out, with a word.
 
     The files of an earlier study stay until the answer of this one is on disk, and so do the
     finished runs below `out`/unfinished, from which a stopped study continues, and its model.
@@ -67,6 +74,15 @@ def run_study(
     SoundnessError when a replay contradicts a proof.
     """
     require_fit(problem, subject_of(system))
+    source = system if learn_from is None else learn_from
+    k_law = getattr(source, "k_law", "") if model is None else model.claim.law.k_law
+    cannot = unmade(problem, subject_of(system), k_law)
+    wanted = {"risk": study.risk is not None, "driven": study.driven, "repeats": True}
+    for name, why in cannot.items():
+        if wanted[name] and name in asked:
+            raise InputError(
+                f"{name}: expected a problem of which it can be made; got one {why}. Leave it out."
+            )
     key, watch, out = key_of(seed), Stopwatch(during), Path(out)
     settings, cold = study.settings, None
     # the replay is of this plant, whatever was seen of the start on another one
@@ -94,7 +110,6 @@ def run_study(
     if model is None:
         work = out / UNFINISHED
         query = first_query if figures and settings.proof else None
-        source = system if learn_from is None else learn_from
         learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=query)
         model = learned.model
         model.save(work / "model.npz")
@@ -108,8 +123,7 @@ def run_study(
         table = enumerate_regions(model.net, model.domain)
     with watch("safe set"):
         answer = Planner(model).solve(problem, key, settings)
-    uncertainty = answer.scene.nominal.uncertainty
-    if study.risk is not None and uncertainty is None:
+    if study.risk is not None and "risk" not in cannot:
         with watch("validated set"):
             test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
@@ -122,11 +136,9 @@ def run_study(
         answer.validation.answer.save(out / VALIDATED_SET)
     if not given:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
-    settled = hand_over_of(model.claim.law.k_law) is None  # else runs of a chosen k are refused
-    driven = study.driven and answer.status.found and uncertainty is None and settled
+    driven = study.driven and answer.status.found and "driven" not in cannot
     runs = None
-    # under an uncertain execution a plan has several realisations, and no one run to replay
-    if settled and len(answer.samples) and answer.scene.model.n_points == model.n_points:
+    if len(answer.samples) and "repeats" not in cannot:
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
@@ -139,6 +151,7 @@ def run_study(
         "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.bound.delta),
         "driven": None,
+        "not_made": {MADE[name]: why for name, why in cannot.items() if wanted[name]},
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
@@ -147,7 +160,7 @@ def run_study(
         metrics["figures"] = [file.name for file in draw_figures(outcome, study.repeats, out)]
         finish(out, metrics)
     # now, since the plan to execute takes as long as the rest
-    if study.driven and not quiet:
+    if driven and not quiet:
         print(f"{system.name}: the answer is in {out}.", file=sys.stderr)
     if driven:
         with watch("the plan that is driven"):
@@ -155,6 +168,20 @@ def run_study(
         answer.save(out / "answer.json")  # again, with the looks that are taken
         finish(out, metrics)
     return outcome
+
+
+def unmade(problem: Problem, about: Subject, k_law: str) -> dict[str, str]:
+    """What a study cannot make of a problem, by the field that asks for it, and of what problem."""
+    known = problem.uncertainty or Uncertainty()
+    doubt = "" if known.is_nothing else "under an uncertainty"
+    boxes = [value for _, value in (*known.given, *known.unknown) if value != FREE]
+    # a plan has several realisations, and no one run to replay
+    several = known.heading or any(off for _, off in known.k) or any(lo < hi for lo, hi in boxes)
+    # runs of a chosen k are refused
+    moving = "" if hand_over_of(k_law) is None else "of a robot that moves at the start"
+    given = "with parameters that are measured at the start" if about.given else ""
+    reasons = doubt or given, doubt or moving, doubt if several else moving
+    return {name: why for name, why in zip(MADE, reasons, strict=True) if why}
 
 
 def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool) -> dict:

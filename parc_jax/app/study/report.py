@@ -50,6 +50,8 @@ def report(outcome: Studied, out: Path) -> str:
         numbers = zip((*answer.model.labels.p, *answer.model.labels.k), d["plan"], strict=True)
         plan = ", ".join(f"{name} = {exact(x)}" for name, x in numbers)
         lines.append(f"To drive: {plan}; {d['failures']:,} of {d['runs']:,} fresh runs failed.")
+    left = [f"{what} ({why})" for what, why in m.get("not_made", {}).items()]
+    lines += [f"Not made: {', '.join(left)}."] * bool(left)
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
     return "\n".join(lines)
 

@@ -23,7 +23,7 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.statement import confidence_of, probability
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.system import System, check_system
-from parc_jax.statement import all_plans
+from parc_jax.statement import all_plans, resting_on
 
 # tests by default: so many, or so many times as many as suffice where none fails
 LEAST_TESTS, TIMES = 18_000, 10
@@ -154,6 +154,12 @@ class Validation:
         )
 
     def details(self) -> str:
+        """The sentence (V) and what its scene rests on, or why there is none."""
+        rests = [] if self.answer is None else resting_on(self.answer.scene.nominal)
+        return " ".join([self.sentence, *rests])
+
+    @property
+    def sentence(self) -> str:
         """The sentence (V), or why there is none."""
         if self.answer is not None:
             return f"(V) {self.answer.model.claim.details()}"

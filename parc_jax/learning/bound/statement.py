@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 
 VALIDATED = "validated"  # kind of a claim about one set in one scene
 AS_RECORDED = ", and run as one run that is drawn from a new recording"
-LEAKY = {VALIDATED: " under a tube that runs may leave"}  # beside plans, by the kind of their claim
+# beside plans, by the kind of their claim: of tubes of which no run showed that runs stay inside
+UNSHOWN = {
+    VALIDATED: " under a tube that runs may leave",
+    "assumed": " under an assumed tube",
+    "declared": " under a declared tube",
+}
 EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 

@@ -11,6 +11,7 @@ from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import counted
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.groups import group_numbers
 from parc_jax.learning.runs.law import (
@@ -69,6 +70,9 @@ class RolloutBatch:
     given: tuple[int, ...] = struct.field(pytree_node=False, default=())
     lost: np.ndarray | None = None
     source: tuple[str, int, int] | None = struct.field(pytree_node=False, default=None)
+
+    def __repr__(self) -> str:
+        return f"RolloutBatch({counted(self.n, 'run')} of {self.name})"
 
     @property
     def subject(self) -> Subject:

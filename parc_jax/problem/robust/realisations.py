@@ -48,7 +48,7 @@ class Parameter(NamedTuple):
     @property
     def words(self) -> str:
         """Of a parameter that no plan chooses: "every load from 1 to 2 (measured)"."""
-        (lo, hi), off = map(exact, self.value), exact(self.off)
+        (lo, hi), off = map(exact, self.value), f"{exact(self.off)} {self.unit}".rstrip()
         values = f"{hi} {self.unit}".rstrip() if lo == hi else f"{lo} to {hi} {self.unit}".rstrip()
         if self.off:
             values = values if lo == hi else f"what is from {values}"
