@@ -157,14 +157,10 @@ class _Picture(SceneView):
 
     def robot(self, ax) -> None:
         """Body, and the robot itself, along or at the end of the first sample."""
-        if not self.single:
-            self._way(ax)
+        if self.single:
+            (body,) = self.bodies(self._ends[0][:1])
+            ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
             return
-        (body,) = self.bodies(self._ends[0][:1])
-        ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
-
-    def _way(self, ax) -> None:
-        """The true shape of the body along the first sample."""
         knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
         along = self.bodies(self.columns[0, knots])
         ends = len(self.parts)
