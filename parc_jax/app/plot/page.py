@@ -224,7 +224,6 @@ def outlines(answer, polytopes) -> dict[str, list]:
 
 
 def _faces(faces) -> dict:
-    """Faces of the errors, where there are any instead of boxes."""
     return {
         "directions": faces.directions.tolist(),
         "centre": faces.centre.tolist(),

@@ -102,8 +102,7 @@ class _Picture(SceneView):
         super().__init__(answer, view)
         model, self.q = answer.model, q
         self.heading = model.labels.heading
-        self.problem, self.names = answer.problem, shapes.names(answer)
-        self.columns = path
+        self.names, self.columns = shapes.names(answer), path
         self.path = self.of_points(path)
         self.tubes = shapes.tubes(self.path, self.of_points(error))
         self.replay, self.count = replay, count
@@ -152,7 +151,6 @@ class _Picture(SceneView):
 
     @property
     def _ends_of_bodies(self) -> list[np.ndarray]:
-        """Outlines of all parts at the predicted ends of all samples."""
         return self.bodies(self.columns[:, -1])
 
     def robot(self, ax) -> None:
@@ -194,6 +192,13 @@ class _Picture(SceneView):
         one = self.path.shape[1] == 1
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
         obstacle, goal, of_first = self.names
+        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
+        bodies = [
+            style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
+            style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
+        ]
+        if self.single:
+            bodies = [style.mark("body at its end", color=style.BLUE, **ring)]
         entries = [
             style.patch(obstacle, facecolor=style.OBSTACLE),
             *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
@@ -201,19 +206,10 @@ class _Picture(SceneView):
             style.patch(tubes, facecolor=style.TUBE),
             style.mark(f"predicted path{of_first}", color=style.BLUE),
             style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),
-            *self._bodies(),
+            *bodies,
         ]
         if self.replay is not None:
             entries.append(style.mark(f"true run{of_first}", color=style.BLACK))
             if self.replay.failed.any():
                 entries.append(style.mark("true run that failed", color=style.RED))
         return entries
-
-    def _bodies(self) -> list:
-        if not self.single:
-            return [
-                style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
-                style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
-            ]
-        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
-        return [style.mark("body at its end", color=style.BLUE, **ring)]

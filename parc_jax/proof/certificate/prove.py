@@ -77,7 +77,6 @@ def model_of_file(data: dict) -> TrajectoryModel:
 
 
 def _tube(widths: dict, n_points: int) -> Tube:
-    """The tube in the parsed part `tube`, boxes or faces."""
     edges = [nearest_floats(e) for e in widths["edges"]]
     if isinstance(widths["final"][0], dict):
         during = _faces(widths["interval"], frames=False)
@@ -97,7 +96,6 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
 
 
 def _faces(errors: list, frames: bool) -> Faces:
-    """Faces of nested lists of rows, each as of `_pairs_of`."""
     sets = np.array(errors, object)
     parts = zip(*map(_pairs_of, sets.ravel()), strict=True)
     arrays = (np.array(part) for part in parts)

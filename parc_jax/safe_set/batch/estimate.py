@@ -55,7 +55,6 @@ def _along_edges(
     error: Float[jax.Array, "c n_p intervals"],
 ):
     """Gap along edge normals of a grown obstacle: exact at edges, too small at a disc's corner."""
-
     places = path.swapaxes(0, 1)
 
     def obstacle(j: Int[jax.Array, ""], clearance: Float[jax.Array, " c"]):

@@ -66,7 +66,6 @@ class Pool:
 
 def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
     """The pool of given k."""
-
     least, most = (jnp.asarray(x) for x in tube.end_extent)
 
     def one(k):

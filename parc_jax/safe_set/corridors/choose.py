@@ -199,7 +199,6 @@ def _rooms(
 
 def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
     """Masks (T, d); bit i: the direction separates plan i from the obstacle with this support."""
-
     bit = (jnp.uint64(1) << _bits())[:, None, None]
     return jax.lax.reduce_or(jnp.where(rooms > support[None], bit, jnp.uint64(0)), (0,))
 
@@ -230,7 +229,6 @@ def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index
 
 
 def _with_seed(masks: UInt[jax.Array, "..."]):
-    """Is bit 0, the seed, set?"""
     return masks & jnp.uint64(1) > 0
 
 

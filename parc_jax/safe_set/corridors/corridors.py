@@ -137,36 +137,27 @@ def padded_size(n: int, least: int = SMALLEST) -> int:
     return size
 
 
-def _of_one(
-    errors: ErrorSet,
-    points: Int[ArrayLike, "o i"],
-    count: Index,
-    w: Float[ArrayLike, "o n_p t"],
-    support: Float[ArrayLike, "o t"],
-    bin: Index,
-):
-    """(o, i, T) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
+@partial(jax.jit, static_argnames="coarse")
+def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, coarse: bool):
+    """(b, o, i, T) thresholds of corridors, each in a bin, as `Corridor.threshold`. Kernel.
 
     Intervals innermost: the errors of a point in a bin stay in cache.
     """
-    in_bin = at(errors, bin)
-
-    def add(o: Index, thresholds: Float[ArrayLike, "o i t"]):
-        back = tuple(-x for x in w[o])
-        slots = [
-            support[o] + at(in_bin, (slice(None), point)).support_by_axis(back)
-            for point in points[o]
-        ]
-        return thresholds.at[o].set(jnp.stack(slots))
-
-    nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
-    return jax.lax.fori_loop(0, count, add, nothing)
-
-
-@partial(jax.jit, static_argnames="coarse")
-def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, coarse: bool):
     points = jnp.asarray(some.points)
-    one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
+
+    def one(pair: tuple):
+        w, support, bin = pair
+        in_bin = at(errors, bin)
+
+        def add(o: Index, thresholds: Float[ArrayLike, "o i t"]):
+            back = tuple(-x for x in w[o])
+            of_points = [at(in_bin, (slice(None), point)) for point in points[o]]
+            slots = [support[o] + own.support_by_axis(back) for own in of_points]
+            return thresholds.at[o].set(jnp.stack(slots))
+
+        nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
+        return jax.lax.fori_loop(0, some.count, add, nothing)
+
     pairs = some.w, some.support, bins
     return jax.vmap(one)(pairs) if coarse else jax.lax.map(one, pairs)
 

@@ -188,7 +188,9 @@ class Polytopes:
             x = np.concatenate(
                 [sample_solid(s, rng, int(c)) for s, c in zip(solids, counts, strict=True) if c]
             )
-            x = x[rng.random(len(x)) * self._around(solids, x) < 1]
+            of = x if self.scene.at is None else x[:, model.n_p :]
+            around = sum(s.polytope.contains(of).astype(int) for s in solids)
+            x = x[rng.random(len(x)) * np.maximum(around, 1) < 1]  # one of them drew it
             p0, k = x[:, : model.n_p], x[:, model.n_p :]
             _, safe = safe_ones(self.scene, ends_from(p0, model, k), k)
             out.append(np.concatenate([safe.p0, safe.k], axis=1)[self.has(safe)])
@@ -199,12 +201,6 @@ class Polytopes:
                     "scene."
                 )
         return rng.permutation(np.concatenate(out))[:n]
-
-    def _around(self, solids: list[Solid], x: np.ndarray) -> np.ndarray:
-        """(b,) number of solids around each point x (b, n_p + n_k), one of which drew it."""
-        of = x if self.scene.at is None else x[:, self.scene.model.n_p :]
-        inside = ((of @ s.polytope.A.T <= s.polytope.b).all(axis=1) for s in solids)
-        return np.maximum(sum(one.astype(int) for one in inside), 1)
 
 
 def cut_polytopes(

@@ -191,7 +191,6 @@ def _separated_by_table(
 
 
 def _whole(scene: Scene) -> tuple:
-    """Network, tube, scene and facets on the device."""
     model, facets = scene.model, facets_of(scene)
     with x64():
         return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets))
