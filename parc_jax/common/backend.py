@@ -25,6 +25,7 @@ ROLLOUTS = 256  # rows of runs in a compiled call, at least
 # without emitters of fused loops XLA compiles kernels for a CPU in two thirds of the time, and they
 # run as fast or faster; the option says nothing to other devices, and later lines have it not
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
+compiled = partial(jax.jit, compiler_options=COMPILER)  # of a kernel that loops over many plans
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:

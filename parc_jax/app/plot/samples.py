@@ -48,20 +48,18 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
 
 def _in_plane(pictures: list["_Picture"], to, title: str):
     (scene,) = pictures
-    at_goal = shapes.span(*scene.goals, room=NEAR)
+    whole, at_goal = scene.span, shapes.span(*scene.goals, room=NEAR)
     if to is not None and not isinstance(to, str | Path):  # Axes
         columns = len(np.atleast_1d(to))
     else:  # one where the second would hardly be larger than life
-        columns = 1 + bool(
-            np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(scene.span, axis=0).max()
-        )
-    same_height = [shapes.ratio(*scene.span), shapes.ratio(*at_goal)]
+        columns = 1 + bool(np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(whole, axis=0).max())
+    same_height = [shapes.ratio(*whole), shapes.ratio(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
         left, *beside = sheet.axes
         scene.draw(left)
         scene.robot(left)
-        style.limits(left, *scene.span)
+        style.limits(left, *whole)
         left.set_title(title)
         for near in beside:
             scene.draw(near)

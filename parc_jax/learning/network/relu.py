@@ -155,9 +155,8 @@ def fold(
     plain = ReLUNetwork(tuple(map(np.asarray, weights)), tuple(map(np.asarray, biases)))
     weights[-1] = norm.y_scale[:, None] * weights[-1]
     biases[-1] = norm.y_scale * biases[-1] + norm.y_mean
-    first = weights[0] / norm.x_scale
-    biases[0] = biases[0] - first @ norm.x_mean
-    weights[0] = first
+    weights[0] = weights[0] / norm.x_scale
+    biases[0] = biases[0] - weights[0] @ norm.x_mean
     net = relu_network(weights, biases)
     x = np.random.default_rng(0).uniform(-2, 2, (512, len(norm.x_mean)))
     expected = norm.y_mean + norm.y_scale * outputs(plain, x)

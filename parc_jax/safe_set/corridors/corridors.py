@@ -16,7 +16,7 @@ from jaxtyping import ArrayLike, Float, Int
 from numpy.typing import DTypeLike
 
 from parc_jax.common.arrays import in_chunks, on_all_cores, once, x64
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import Index, Numbers, Paths
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import in_room
@@ -334,10 +334,10 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
     return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
-_pairs = jax.jit(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)), compiler_options=COMPILER)
+_pairs = compiled(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)))
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
     """(b, c) bool: all plans against some corridors."""
     corridors = jax.vmap(satisfies, in_axes=(None, None, None, 0))

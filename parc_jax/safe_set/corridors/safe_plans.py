@@ -213,9 +213,7 @@ def best_plan(
 
 
 def _value(plans: SafePlans, objective: Objective):
-    """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst. Raises
-    InputError.
-    """
+    """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
     n_p, n_k = plans.model.n_p, plans.model.n_k
     if isinstance(objective, str):
         if objective not in NAMED:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import least, map_rows, once, product, x64
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import (
     Index,
     Knot,
@@ -263,13 +263,11 @@ def anchored(
     return p0, (goal >= 0) & (start >= 0) & (bin >= 0)
 
 
-_verdicts = jax.jit(
-    jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)), compiler_options=COMPILER
-)
+_verdicts = compiled(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
 _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k: ManyParams):
     lost = jax.vmap(partial(tube.support_at_end, scene.goal_A))(jnp.arange(tube.n_bins))
     return jax.vmap(lambda z, k: anchored(end, tube, scene, z, k, lost=lost))(z, k)
