@@ -75,6 +75,9 @@ def _with_dummy(values: np.ndarray, dummy: int = 0) -> Growable:
     return Growable(np.concatenate([[dummy], values]).astype(NUMBER))
 
 
+Faces = Int[np.ndarray, " faces"]
+
+
 class Level:
     """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns pool position 0
     and all positions no longer in use.
@@ -83,12 +86,7 @@ class Level:
     first: a vertex of the face.
     """
 
-    def __init__(
-        self,
-        sub: Int[np.ndarray, " entries"],
-        size: Int[np.ndarray, " faces"],
-        first: Int[np.ndarray, " faces"],
-    ):
+    def __init__(self, sub: Int[np.ndarray, " entries"], size: Faces, first: Faces):
         size = np.concatenate([[0], size])
         self.sub = _with_dummy(sub)
         self.own = _with_dummy(np.repeat(np.arange(len(size)), size))

@@ -4,6 +4,7 @@ uniform samples. [T29]
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import jax
@@ -59,6 +60,7 @@ def cut_around(
     return cuts
 
 
+@dataclass(eq=False, repr=False)
 class Polytopes:
     """Safe convex polytopes of (p0, k), each inside one region and one bin; in k alone where all
     plans have one start. From `Answer.polytopes`. All arrays are float64. [T29]
@@ -68,26 +70,19 @@ class Polytopes:
     many it did not accept, which were left out.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        polytopes: list[SafePolytope],
-        coverage: Coverage,
-        *,
-        proved: bool = False,
-        refused: int = 0,
-    ):
-        self.scene = scene
-        self.all = polytopes
-        self.coverage = coverage
-        self.proved = proved
-        self.refused = refused
-        corridors = {id(p.corridor): p.corridor for p in polytopes}
+    scene: Scene
+    all: list[SafePolytope]
+    coverage: Coverage
+    proved: bool = False
+    refused: int = 0
+
+    def __post_init__(self) -> None:
+        corridors = {id(p.corridor): p.corridor for p in self.all}
         place = {name: i for i, name in enumerate(corridors)}
-        self._corridors = Corridors(scene.model.tube, corridors.values())
-        self._corridor_of = np.array([place[id(p.corridor)] for p in polytopes], int)
+        self._corridors = Corridors(self.scene.model.tube, corridors.values())
+        self._corridor_of = np.array([place[id(p.corridor)] for p in self.all], int)
         self._by_cell: dict[bytes, list[int]] = {}
-        for index, polytope in enumerate(polytopes):
+        for index, polytope in enumerate(self.all):
             self._by_cell.setdefault(polytope.cell, []).append(index)
 
     def __len__(self) -> int:
