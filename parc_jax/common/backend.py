@@ -11,7 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,7 @@ ROLLOUTS = 256  # rows of runs in a compiled call, at least
 # without emitters of fused loops XLA compiles kernels for a CPU in two thirds of the time, and they
 # run as fast or faster; the option says nothing to other devices, and later lines have it not
 COMPILER = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 10) else None
+compiled = partial(jax.jit, compiler_options=COMPILER)  # of a kernel that loops over many plans
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
@@ -96,27 +97,6 @@ def backend(device=None) -> Backend:
     return CPU if platform == "cpu" else ACCELERATOR
 
 
-class Calls(NamedTuple):
-    """How n rows are spread over calls of one compiled size.
-
-    n: rows. size: rows of a call, padding included. share: rows of one device of a mesh, or of one
-    thread, in one call. loop: see `_many`.
-    """
-
-    n: int
-    size: int
-    share: int
-    loop: bool
-
-    def padded(self, first: np.ndarray) -> np.ndarray:
-        """Rows of the calls that begin at `first` (...): (..., size), the last one repeated."""
-        return np.minimum(first[..., None] + np.arange(self.size), self.n - 1)
-
-    def counts(self, first: np.ndarray) -> np.ndarray:
-        """How many of those are no padding: (...)."""
-        return np.clip(self.n - first, 0, self.share).astype(np.int32)
-
-
 def spread(
     one: Callable,
     rows: Any,
@@ -136,31 +116,30 @@ def spread(
     n = len(jax.tree.leaves(start)[0])
     cores = (os.cpu_count() or 1) if how.in_turn else 1
     lanes = cores if mesh is None else mesh.size
-    calls = Calls(n, how.scenes, min(how.scenes, -(-n // lanes)), how.in_turn)
+    share = min(how.scenes, -(-n // lanes))  # rows of a lane in a call
+    # a thread runs the rows of one lane in a call, a mesh those of all
+    together, threads = (1, lanes) if mesh is None else (lanes, 1)
 
     def run(counts: np.ndarray, taken: Any):
         if mesh is None:
-            return _local(one, calls.loop, counts, *taken, shared)
+            return _local(one, how.in_turn, counts, *taken, shared)
         split, whole = (jax.NamedSharding(mesh, jax.P(*axis)) for axis in (mesh.axis_names, ()))
         placed = jax.device_put((counts, *taken), split)
-        return _sharded(one, calls.loop, mesh)(*placed, jax.device_put(shared, whole))
+        return _sharded(one, how.in_turn, mesh)(*placed, jax.device_put(shared, whole))
 
-    # a thread runs the rows of one lane in a call, a mesh those of all
-    together, threads = (1, lanes) if mesh is None else (lanes, 1)
-    call = partial(_call, run, calls, together, (rows, start))
+    def call(begin: int):
+        first = begin + share * np.arange(together)
+        counts = np.clip(n - first, 0, share).astype(np.int32)
+        # of one compiled size: the last row is repeated
+        index = np.minimum(first[:, None] + np.arange(how.scenes), n - 1).ravel()
+        with x64():
+            got = jax.device_get(run(counts, jax.tree.map(lambda x: x[index], (rows, start))))
+        kept = np.concatenate([d * how.scenes + np.arange(count) for d, count in enumerate(counts)])
+        return jax.tree.map(lambda x: x[kept], got)
+
     with ThreadPoolExecutor(threads) as pool:
-        parts = list(pool.map(call, range(0, n, calls.share * together)))
+        parts = list(pool.map(call, range(0, n, share * together)))
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
-
-
-def _call(run: Callable, calls: Calls, together: int, stacked: Any, begin: int):
-    """The rows from `begin` on of so many lanes together, in one call."""
-    first = begin + calls.share * np.arange(together)
-    counts, index = calls.counts(first), calls.padded(first).ravel()
-    with x64():
-        got = jax.device_get(run(counts, jax.tree.map(lambda x: x[index], stacked)))
-    kept = np.concatenate([d * calls.size + np.arange(count) for d, count in enumerate(counts)])
-    return jax.tree.map(lambda x: x[kept], got)
 
 
 def _many(one: Callable, loop: bool, n: Int[jax.Array, " lanes"], rows: Any, start: Any, shared):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
-from parc_jax.common.backend import ACCELERATOR, CPU, Calls, spread
+from parc_jax.common.backend import ACCELERATOR, CPU, spread
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
@@ -283,10 +283,11 @@ def test_passes_cover_all_rounds_once_and_grow_fourfold(rounds):
         assert last == first and after == min(4 * first, rounds)
 
 
-def test_every_scene_is_in_one_call_and_padding_repeats_one():
-    calls = Calls(n=10, size=4, share=3, loop=True)
-    first = np.arange(0, 10, 3)
-    np.testing.assert_array_equal(calls.counts(first), [3, 3, 3, 1])
-    rows = [row[:m] for row, m in zip(calls.padded(first), calls.counts(first), strict=True)]
-    np.testing.assert_array_equal(np.concatenate(rows), np.arange(10))
-    assert calls.padded(first).shape == (4, 4) and calls.padded(first).max() == 9
+@pytest.mark.parametrize("how", [CPU, ACCELERATOR])
+@pytest.mark.parametrize("n", [1, 4, 10])
+def test_every_scene_is_in_one_call_of_the_compiled_size(how, n):
+    rows, start = np.arange(n), np.arange(n) * 10
+    found = spread(
+        lambda row, at, more: row + at + more, rows, start, 100, how=replace(how, scenes=4)
+    )
+    np.testing.assert_array_equal(found, 11 * np.arange(n) + 100)

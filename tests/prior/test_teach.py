@@ -126,7 +126,7 @@ def test_a_twist_is_taken_where_fresh_runs_would_take_it(n, alone, monkeypatch):
     runs = spinning(slipping.drawn(n), noise=0.01)
     found = taught(TWIST, runs, 300, KEY)
     sizes = iter((1, 0) if alone else (0, 1))
-    monkeypatch.setattr(teach, "_typical", lambda *_: next(sizes))
+    monkeypatch.setattr(teach, "log_sizes", lambda *_: np.array(next(sizes)))
     other = taught(TWIST, runs, 300, KEY)
     truth = flat(spinning(found.runs.k))
     near, far = (np.median(np.abs(flat(one.runs) - truth).max(axis=1)) for one in (found, other))

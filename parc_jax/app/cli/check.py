@@ -64,8 +64,7 @@ def brief(arguments: list[str]) -> int:
         arguments = [word for word in arguments if word != "--second"]
         return both(Path(command_line().parse_args(arguments).answer), arguments)
     code, said = reported(arguments)
-    options = set(arguments)
-    if code == ACCEPTED and not {"--json", "-h", "--help"} & options:
+    if code == ACCEPTED and not {"--json", "-h", "--help"} & set(arguments):
         said = "\n".join(shortened(said.splitlines(), command_line().parse_args(arguments).answer))
     if said:
         tell(said.removesuffix("\n"))

@@ -95,6 +95,5 @@ def verdict(answer: Answer, path: Path, short: bool = False) -> str:
 
 
 def _named(values: np.ndarray, labels: tuple[str, ...]) -> str:
-    """Values with names and units."""
     parts = zip(values, labels, strict=True)
     return ", ".join(f"{name_of(n)} = {exact(v)} {unit_of(n)}".rstrip() for v, n in parts)

@@ -115,7 +115,6 @@ def solve(
 
 
 def _tests(model, runs: Path | None, risk: float | None = None):
-    """Tests by recorded runs, or by the model's system."""
     from parc_jax.app.cli.systems import black_box_with, find
     from parc_jax.drive.local.validation import Validate
     from parc_jax.learning.runs.loaders import load_rollouts

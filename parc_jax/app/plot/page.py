@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer, answer_data
 from parc_jax.app.plot import shapes
-from parc_jax.app.plot.episode import Shown, Stage, Truth, rings_of
+from parc_jax.app.plot.episode import Stage, Truth, rings_of
 from parc_jax.app.plot.shapes import span, views_of
 from parc_jax.checker import PARTS
 from parc_jax.checker.proved import PROVED_JS
@@ -173,7 +173,6 @@ def _plans(answer, polytopes) -> dict:
     directions: list[list] = []  # each once: the runs of every obstacle and part of the body
 
     def sep(corridor: Corridor) -> int:
-        """The number of a corridor's directions."""
         w, support = (np.asarray(part, np.float64) for part in (corridor.w, corridor.support))
         content = w.tobytes() + support.tobytes()
         if content not in numbers:
@@ -224,7 +223,6 @@ def outlines(answer, polytopes) -> dict[str, list]:
 
 
 def _faces(faces) -> dict:
-    """Faces of the errors, where there are any instead of boxes."""
     return {
         "directions": faces.directions.tolist(),
         "centre": faces.centre.tolist(),
@@ -280,7 +278,17 @@ def episode_data(stage: Stage) -> dict:
             | {"body": _rounded(now.body), "middle": _rounded(now.middle)}
             for now in moments
         ],
-        "manoeuvres": [_manoeuvre(one) for one in stage.shown],
+        "manoeuvres": [
+            {
+                "begin": one.begin,
+                "end": one.end,
+                "k": one.k.tolist(),
+                "tube": _rounded(one.tube),
+                "obstacles": _rounded(one.obstacles),
+                "rest": _rounded(one.rest),
+            }
+            for one in stage.shown
+        ],
         "obstacles": [len(one.problem.obstacles) for one in stage.driven.manoeuvres],
         "spans": [any(one.problem.all_spans) for one in stage.driven.manoeuvres],
         "standing": _rounded(truth.standing),
@@ -296,17 +304,6 @@ def reasons(meta) -> list[tuple[float, str]]:
     except (TypeError, KeyError, ValueError):
         return []
     return sorted(one for one in pairs if np.isfinite(one[0]))
-
-
-def _manoeuvre(one: Shown) -> dict:
-    return {
-        "begin": one.begin,
-        "end": one.end,
-        "k": one.k.tolist(),
-        "tube": _rounded(one.tube),
-        "obstacles": _rounded(one.obstacles),
-        "rest": _rounded(one.rest),
-    }
 
 
 def _rounded(places) -> list:

@@ -50,20 +50,18 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
 
 def _in_plane(pictures: list["_Picture"], to, title: str):
     (scene,) = pictures
-    at_goal = shapes.span(*scene.goals, room=NEAR)
+    whole, at_goal = scene.span, shapes.span(*scene.goals, room=NEAR)
     if to is not None and not isinstance(to, str | Path):  # Axes
         columns = len(np.atleast_1d(to))
     else:  # one where the second would hardly be larger than life
-        columns = 1 + bool(
-            np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(scene.span, axis=0).max()
-        )
-    same_height = [shapes.ratio(*scene.span), shapes.ratio(*at_goal)]
+        columns = 1 + bool(np.ptp(at_goal, axis=0).max() < CLOSER * np.ptp(whole, axis=0).max())
+    same_height = [shapes.ratio(*whole), shapes.ratio(*at_goal)]
     wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
         left, *beside = sheet.axes
         scene.draw(left)
         scene.robot(left)
-        style.limits(left, *scene.span)
+        style.limits(left, *whole)
         left.set_title(title)
         for near in beside:
             scene.draw(near)
@@ -104,8 +102,7 @@ class _Picture(SceneView):
         super().__init__(answer, view)
         model, self.q = answer.model, q
         self.heading = model.labels.heading
-        self.problem, self.names = answer.problem, shapes.names(answer)
-        self.columns = path
+        self.names, self.columns = shapes.names(answer), path
         self.path = self.of_points(path)
         self.tubes = shapes.tubes(self.path, self.of_points(error))
         self.replay, self.count = replay, count
@@ -154,19 +151,14 @@ class _Picture(SceneView):
 
     @property
     def _ends_of_bodies(self) -> list[np.ndarray]:
-        """Outlines of all parts at the predicted ends of all samples."""
         return self.bodies(self.columns[:, -1])
 
     def robot(self, ax) -> None:
         """Body, and the robot itself, along or at the end of the first sample."""
-        if not self.single:
-            self._way(ax)
+        if self.single:
+            (body,) = self.bodies(self._ends[0][:1])
+            ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
             return
-        (body,) = self.bodies(self._ends[0][:1])
-        ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
-
-    def _way(self, ax) -> None:
-        """The true shape of the body along the first sample."""
         knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
         along = self.bodies(self.columns[0, knots])
         ends = len(self.parts)
@@ -200,6 +192,13 @@ class _Picture(SceneView):
         one = self.path.shape[1] == 1
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
         obstacle, goal, of_first = self.names
+        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
+        bodies = [
+            style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
+            style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
+        ]
+        if self.single:
+            bodies = [style.mark("body at its end", color=style.BLUE, **ring)]
         entries = [
             style.patch(obstacle, facecolor=style.OBSTACLE),
             *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
@@ -207,19 +206,10 @@ class _Picture(SceneView):
             style.patch(tubes, facecolor=style.TUBE),
             style.mark(f"predicted path{of_first}", color=style.BLUE),
             style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),
-            *self._bodies(),
+            *bodies,
         ]
         if self.replay is not None:
             entries.append(style.mark(f"true run{of_first}", color=style.BLACK))
             if self.replay.failed.any():
                 entries.append(style.mark("true run that failed", color=style.RED))
         return entries
-
-    def _bodies(self) -> list:
-        if not self.single:
-            return [
-                style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
-                style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
-            ]
-        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
-        return [style.mark("body at its end", color=style.BLUE, **ring)]

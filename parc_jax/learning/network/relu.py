@@ -102,6 +102,7 @@ def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(No
 # [1] largest difference of folded and unfolded outputs, relative to their size
 FOLD_RELATIVE = 1e-10
 STILL = 1e-6  # [size] a parameter that varies by less, as of a rounding, would be lost by `fold`
+Layers = Sequence[np.ndarray | jax.Array]
 
 
 class Normalisation(NamedTuple):
@@ -140,11 +141,7 @@ class Normalisation(NamedTuple):
         return (y - self.y_mean) / self.y_scale
 
 
-def fold(
-    weights: Sequence[np.ndarray | jax.Array],
-    biases: Sequence[np.ndarray | jax.Array],
-    norm: Normalisation,
-) -> ReLUNetwork:
+def fold(weights: Layers, biases: Layers, norm: Normalisation) -> ReLUNetwork:
     """The float64 network on raw units equal to y_mean + y_scale * net((k - x_mean) / x_scale).
 
     weights: list of (out, in), biases: list of (out,), hidden ReLU. The equality is checked on
@@ -155,9 +152,8 @@ def fold(
     plain = ReLUNetwork(tuple(map(np.asarray, weights)), tuple(map(np.asarray, biases)))
     weights[-1] = norm.y_scale[:, None] * weights[-1]
     biases[-1] = norm.y_scale * biases[-1] + norm.y_mean
-    first = weights[0] / norm.x_scale
-    biases[0] = biases[0] - first @ norm.x_mean
-    weights[0] = first
+    weights[0] = weights[0] / norm.x_scale
+    biases[0] = biases[0] - weights[0] @ norm.x_mean
     net = relu_network(weights, biases)
     x = np.random.default_rng(0).uniform(-2, 2, (512, len(norm.x_mean)))
     expected = norm.y_mean + norm.y_scale * outputs(plain, x)

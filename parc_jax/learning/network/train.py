@@ -44,9 +44,8 @@ class Features(nn.Module):
     def __call__(self, x: Float[jax.Array, "b n_k"]):
         """Apply the hidden layers."""
         for width in self.hidden:
-            x = nn.relu(
-                nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=SPREAD)(x)
-            )
+            dense = nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=SPREAD)
+            x = nn.relu(dense(x))
         return x
 
 

@@ -61,9 +61,7 @@ def corrected(prior: Callable[[np.ndarray], np.ndarray], runs: RolloutBatch) -> 
         for choice in choices:
             more = _smoothed(runs.select(fit), rest[fit], choice)
             errors[choice][held] = rest[held] - more(runs.k[held])
-    sizes = {
-        choice: np.log(largest(runs, e) + TOLERANCES.profile_floor) for choice, e in errors.items()
-    }
+    sizes = {choice: log_sizes(runs, of_choice) for choice, of_choice in errors.items()}
     best = min(SMOOTHINGS, key=lambda choice: sizes[choice].mean())
     less = sizes[None] - sizes[best]
     chosen = best if less.mean() > CLEARLY * less.std() / np.sqrt(len(less)) else None
@@ -90,6 +88,11 @@ def flat(runs: RolloutBatch) -> np.ndarray:
 def largest(runs: RolloutBatch, errors: np.ndarray) -> np.ndarray:
     """(n,) [m] the largest of the errors (n, m) of every run in a coordinate of a place."""
     return np.abs(errors[:, : errors.shape[1] - runs.n_q]).max(axis=1)
+
+
+def log_sizes(runs: RolloutBatch, errors: np.ndarray) -> np.ndarray:
+    """(n,) logarithms of `largest` [m], whose mean tells a typical run."""
+    return np.log(largest(runs, errors) + TOLERANCES.profile_floor)
 
 
 def _smoothed(runs: RolloutBatch, residual: np.ndarray, smoothing: float | None) -> Callable:

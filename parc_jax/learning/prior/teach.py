@@ -7,14 +7,13 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator, stream
-from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.prior.identify import (
-    Corrected,
     chosen_kind,
     corrected,
     fitted,
     flat,
     largest,
+    log_sizes,
     moving_body,
 )
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -72,7 +71,7 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
         at_runs, drawn, said = lambda _: at_all[usable], _run(prior, k, key), f"prior {prior.name}"
     better = corrected(at_runs, finite)
     alone = corrected(lambda _: np.zeros_like(flat(finite)), finite)
-    if _typical(finite, alone) < _typical(finite, better):
+    if log_sizes(finite, alone.errors).mean() < log_sizes(finite, better.errors).mean():
         better, drawn, said = alone, np.zeros_like(drawn), f"{said}, left out: the runs alone"
     size = np.full(train.n, np.inf)
     size[usable] = largest(finite, better.errors)
@@ -80,11 +79,6 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
     runs = finite.select(np.zeros(n, int)).replace(rows=np.arange(n), k=k, groups=None)
     runs = _like(runs, drawn + better.more(k))
     return Taught(runs, unseen, size, f"{said}; {better.details()}", ran)
-
-
-def _typical(runs: RolloutBatch, one: Corrected) -> float:
-    """Mean logarithm of the largest errors [m] of runs, each predicted from others."""
-    return float(np.log(largest(runs, one.errors) + TOLERANCES.profile_floor).mean())
 
 
 def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:

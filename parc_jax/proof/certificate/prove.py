@@ -35,7 +35,6 @@ from parc_jax.safe_set.verdict.scene import Scene
 def corridor_of(scene: Scene, part: dict) -> Corridor:
     """The corridor of a certificate, each direction rounded as when it was chosen."""
     table = scene.directions
-    assert table is not None  # the scene of an answer has them
     n = len(table.multipliers)
     active = scene.obstacles.active[:n]
     w = np.zeros((*active.shape, table.w.shape[2]))
@@ -78,7 +77,6 @@ def model_of_file(data: dict) -> TrajectoryModel:
 
 
 def _tube(widths: dict, n_points: int) -> Tube:
-    """The tube in the parsed part `tube`, boxes or faces."""
     edges = [nearest_floats(e) for e in widths["edges"]]
     if isinstance(widths["final"][0], dict):
         during = _faces(widths["interval"], frames=False)
@@ -98,7 +96,6 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
 
 
 def _faces(errors: list, frames: bool) -> Faces:
-    """Faces of nested lists of rows, each as of `_pairs_of`."""
     sets = np.array(errors, object)
     parts = zip(*map(_pairs_of, sets.ravel()), strict=True)
     arrays = (np.array(part) for part in parts)
@@ -107,11 +104,10 @@ def _faces(errors: list, frames: bool) -> Faces:
 
 def problem_of_file(asked: dict) -> Problem:
     """The problem in the parsed part `problem` of an answer file, in float64."""
-    body = asked["body"]
     return reach_avoid(
         goal=_polytope(asked["goal"]),
         obstacles=[_polytope(o) for o in asked["obstacles"]],
-        body=_body(body),
+        body=_body(asked["body"]),
         start=None if asked["start"] is None else _polytope(asked["start"]),
         spans=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],
     )

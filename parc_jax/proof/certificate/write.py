@@ -66,12 +66,8 @@ def end_part(faces: Faces, index, goal: HPolytope) -> dict:
 
 def problem_part(problem: Problem, model: TrajectoryModel) -> dict:
     """The question."""
-    obstacles = []
-    for poly, span in zip(problem.obstacles, problem.all_spans, strict=True):
-        part = _rows(poly)
-        if span is not None:
-            part["steps"] = list(span)
-        obstacles.append(part)
+    pairs = zip(problem.obstacles, problem.all_spans, strict=True)
+    obstacles = [_rows(o) | ({} if span is None else {"steps": list(span)}) for o, span in pairs]
     return {
         "n_p": model.n_p,
         "points": model.n_points,

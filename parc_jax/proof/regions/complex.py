@@ -50,8 +50,8 @@ class SignBits:
 
     def inherit(self, a: np.ndarray, b: np.ndarray) -> None:
         """Append points inside edges (a, b): nonzero where an end is (the ends never disagree)."""
-        self.plus.append(self.plus.data.take(a, axis=0) | self.plus.data.take(b, axis=0))
-        self.minus.append(self.minus.data.take(a, axis=0) | self.minus.data.take(b, axis=0))
+        for bits in (self.plus, self.minus):
+            bits.append(bits.data.take(a, axis=0) | bits.data.take(b, axis=0))
 
     def mark(self, column: int, codes: np.ndarray) -> None:
         """Set one column for the first len(codes) vertices. codes: uint8, see `Sign`."""
@@ -65,15 +65,17 @@ class SignBits:
 
     def at(self, vertex: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
         """(plus, zero) of one vertex, each bool (n_columns,)."""
-        row = slice(vertex, vertex + 1)
-        plus = unpack(self.plus.data[row], n_columns)[0]
-        minus = unpack(self.minus.data[row], n_columns)[0]
+        both = np.stack([self.plus.data[vertex], self.minus.data[vertex]])
+        plus, minus = unpack(both, n_columns)
         return plus, ~(plus | minus)
 
 
 def _with_dummy(values: np.ndarray, dummy: int = 0) -> Growable:
     """Values of all faces of one dimension, with that of the dummy in front."""
     return Growable(np.concatenate([[dummy], values]).astype(NUMBER))
+
+
+Faces = Int[np.ndarray, " faces"]
 
 
 class Level:
@@ -84,12 +86,7 @@ class Level:
     first: a vertex of the face.
     """
 
-    def __init__(
-        self,
-        sub: Int[np.ndarray, " entries"],
-        size: Int[np.ndarray, " faces"],
-        first: Int[np.ndarray, " faces"],
-    ):
+    def __init__(self, sub: Int[np.ndarray, " entries"], size: Faces, first: Faces):
         size = np.concatenate([[0], size])
         self.sub = _with_dummy(sub)
         self.own = _with_dummy(np.repeat(np.arange(len(size)), size))

@@ -22,6 +22,9 @@ from parc_jax.common.errors import SoundnessError
 from parc_jax.proof.regions.complex import Complex, Level, Sign
 from parc_jax.proof.regions.storage import CHUNK, NUMBER, row_chunks, row_positions
 
+Edges = Int[np.ndarray, " E"]  # numbers, of each edge or cut face
+Bounds = Float[np.ndarray, " E"]
+
 
 class Hyperplane(NamedTuple):
     """One hyperplane per cell, and the rounding constants of a cut along it.
@@ -96,13 +99,7 @@ def ranks(cut_faces: np.ndarray, count: int) -> np.ndarray:
     return rank
 
 
-def _divide(
-    lattice: Complex,
-    p: Int[np.ndarray, " E"],
-    q: Int[np.ndarray, " E"],
-    edges: Int[np.ndarray, " E"],
-    plane: Hyperplane,
-) -> np.ndarray:
+def _divide(lattice: Complex, p: Edges, q: Edges, edges: Edges, plane: Hyperplane) -> np.ndarray:
     """New vertices where z = 0 on edges (p, q). Returns slope bounds; appends floats and bits."""
     z = lattice.z.data
     # take: several times faster than indexing for rows
@@ -131,12 +128,7 @@ def _divide(
     return slope
 
 
-def radius_of_zero(
-    radius: Float[np.ndarray, " E"],
-    slope: Float[np.ndarray, " E"],
-    home: Int[np.ndarray, " E"],
-    plane: Hyperplane,
-) -> np.ndarray:
+def radius_of_zero(radius: Bounds, slope: Bounds, home: Edges, plane: Hyperplane) -> np.ndarray:
     """radius(F0) from radius(F); infinite where the slope may be zero."""
     known = slope > 0
     further = (plane.eta + plane.lip(home) * radius) / np.where(known, slope, 1.0)

@@ -50,9 +50,8 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
         )
     hidden = len(net.weights) - 1
     weights = [W * scale if i == 0 else W for i, W in enumerate(net.weights[:hidden])]
-    largest = max(
-        (np.abs(part).max(initial=0.0) for part in (*weights, *net.biases[:hidden])), default=0.0
-    )
+    biases = list(net.biases[:hidden])
+    largest = max((np.abs(part).max(initial=0.0) for part in (*weights, *biases)), default=0.0)
     if largest > LARGEST_WEIGHT:
         raise InputError(
             f"network: expected weights up to {LARGEST_WEIGHT:g}; got {largest:g}. Rescale neurons."
@@ -64,7 +63,7 @@ def unit_problem(net: ReLUNetwork, domain: Box) -> UnitProblem:
         lo=domain.lo / scale,
         hi=domain.hi / scale,
         weights=weights,
-        biases=list(net.biases[:hidden]),
+        biases=biases,
     )
 
 

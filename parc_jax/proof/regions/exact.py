@@ -9,9 +9,10 @@ cuts, and forms depend only on signs decided earlier), so the point is a rationa
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import chain
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from parc_jax.common.errors import SoundnessError
 from parc_jax.common.lp.exact import Basis
@@ -24,7 +25,7 @@ CACHED_FORMS = 4096  # patterns whose integer forms are kept
 class ExactNetwork:
     """Integer copy of domain rows and layers. `on` is bool (n_hidden,): strictly positive neurons.
 
-    rows: domain rows (h, n + 1) = (A, -b) 2^row_shift. layers: per layer W (out, in), b (out,) as
+    rows: domain rows (h, n + 1) = (A, -b), scaled. layers: per layer W (out, in), b (out,) as
     integers; shifts: the power of two of all layers up to this one.
     """
 
@@ -36,7 +37,7 @@ class ExactNetwork:
         biases: Sequence[np.ndarray],
     ):
         self.n = A.shape[1]
-        self.rows, self.row_shift = _integers(np.column_stack([A, -np.asarray(b)]))
+        self.rows, _ = _integers(np.column_stack([A, -np.asarray(b)]))
         self.layers = []
         self.shifts = []
         self.first_neuron = [0]
@@ -84,19 +85,13 @@ class ExactNetwork:
             scale = q << self.shifts[l]
         return h, scale
 
-    @staticmethod
-    def rational(x: np.ndarray) -> tuple[list[int], int]:
-        """A float point as integers over a power of two."""
-        point, shift = _integers(x)
-        return list(point), 1 << shift
-
     def codes(self, x: np.ndarray) -> np.ndarray:
         """`Sign` of all hidden neurons at a float point (n,): uint8 (n_hidden,)."""
-        point, q = self.rational(x)
+        point, shift = _integers(x)
         on = np.zeros(self.first_neuron[-1], bool)
         out: list[np.uint8] = []
         for layer in range(len(self.layers)):
-            values, _ = self.values(layer, point, q, on)
+            values, _ = self.values(layer, list(point), 1 << shift, on)
             out.extend(sign_of(v) for v in values)
             on[self.first_neuron[layer] : self.first_neuron[layer + 1]] = [v > 0 for v in values]
         return np.array(out, np.uint8)
@@ -109,7 +104,10 @@ class ExactNetwork:
     ) -> tuple[list[int], int]:
         """The point on given domain rows and zero neurons, integers in lowest terms over q > 0."""
         basis, bounds = Basis(self.n), []
-        for form in self._through(tight_rows, zero_neurons, on):
+        layers = np.searchsorted(self.first_neuron, zero_neurons, side="right") - 1
+        neurons = zip(layers.tolist(), zero_neurons, strict=True)
+        zero = (self.forms(layer, on)[i - self.first_neuron[layer]] for layer, i in neurons)
+        for form in chain((self.rows[i] for i in tight_rows), zero):
             *normal, constant = map(Fraction, form)
             if basis.add(normal):
                 bounds.append(-constant)
@@ -120,18 +118,6 @@ class ExactNetwork:
             f"exact vertex: its {len(tight_rows) + len(zero_neurons)} hyperplanes have rank "
             f"{len(basis)} < {self.n}. The complex is inconsistent; please report the network."
         )
-
-    def _through(
-        self,
-        tight_rows: Int[np.ndarray, " tight"],
-        zero_neurons: Int[np.ndarray, " zero"],
-        on: Bool[np.ndarray, " hidden"],
-    ):
-        for i in tight_rows:
-            yield self.rows[i]
-        for neuron in zero_neurons:
-            layer = int(np.searchsorted(self.first_neuron, neuron, side="right")) - 1
-            yield self.forms(layer, on)[neuron - self.first_neuron[layer]]
 
     def _active(self, layer: int, on: np.ndarray) -> np.ndarray:
         return np.flatnonzero(on[self.first_neuron[layer] : self.first_neuron[layer + 1]])

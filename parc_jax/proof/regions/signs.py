@@ -88,7 +88,6 @@ class SignOracle:
         return codes, plane
 
     def _lip(self, j: int, home: Int[np.ndarray, " v"]) -> np.ndarray | float:
-        """Gradient bounds of neuron j in the given cells."""
         return self.lip[home, j] if len(self.lip) > 1 else self.lip[0, j]
 
     def _decide(self, vertices: Int[np.ndarray, " v"], j: int) -> np.ndarray:

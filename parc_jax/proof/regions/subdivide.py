@@ -59,7 +59,6 @@ def enumerate_regions(
 
 
 def _cut_layers(oracle: SignOracle, unit: UnitProblem) -> None:
-    """Cut along every neuron, layer by layer."""
     lattice = oracle.lattice
     column = len(oracle.exact.rows)
     # of the inputs themselves: exact floats with unit gradients

@@ -96,21 +96,17 @@ def box_scenes(
             f"intervals of {model.time.dt:g} s; got {present.dtype} and {spans.dtype}."
         )
     present, spans = present.astype(bool), spans.astype(np.int64)
-    if start is None:
-        start_lo = np.full((s, n_p), -np.inf)
-        start_hi = np.full((s, n_p), np.inf)
-    else:
+    start_lo, start_hi = np.full((s, n_p), -np.inf), np.full((s, n_p), np.inf)
+    if start is not None:
         start_lo, start_hi = (as_float64("start", x, (s, n_p)) for x in start)
-    fits = hi.shape == lo.shape and present.shape == (s, o) and spans.shape == (s, o, 2)
-    if not fits:
+    if hi.shape != lo.shape or present.shape != (s, o) or spans.shape != (s, o, 2):
         raise InputError(
             f"box_scenes: expected obstacles ({s}, {o}, {n_p}), present ({s}, {o}), spans ({s}, "
             f"{o}, 2); got {hi.shape}, {present.shape}, {spans.shape}."
         )
     least, most = model.tube.end_extent
     narrow = (most - least).min(axis=0)
-    first = spans[..., 0]
-    last = spans[..., 1]
+    first, last = np.moveaxis(spans, 2, 0)
     no_span = (first < 0) | (first > last) | (last >= T)
     faults = {
         "a goal wider than the model's smallest final error": (goal_hi - goal_lo)[:, :n_p] < narrow,
@@ -191,8 +187,7 @@ def _obstacles(boxes: BoxScenes, model: TrajectoryModel) -> Obstacles:
     t = np.arange(T)[None, None]
     during = (t >= boxes.spans[..., :1]) & (t <= boxes.spans[..., 1:])
     active = boxes.present[..., None] & during
-    corners = _corners_by_sign if closed else _all_corners
-    vertices = corners(boxes, about, n_parts)
+    vertices = _corners(boxes, about, n_parts)
     s, n_pairs, n_v, _ = vertices.shape
     n_o, n_m = size_class(n_pairs), size_class(n_v, 2**n_p)
     own = np.resize(np.arange(n_parts), n_o)
@@ -211,22 +206,19 @@ def _obstacles(boxes: BoxScenes, model: TrajectoryModel) -> Obstacles:
     )
 
 
-def _all_corners(boxes: BoxScenes, about: Obstacles, n_parts: int) -> np.ndarray:
-    """(s, pairs, v, n_p): every corner of every box with every vertex of every part."""
+def _corners(boxes: BoxScenes, about: Obstacles, n_parts: int) -> np.ndarray:
+    """(s, pairs, v, n_p): every corner of every box with every vertex of every part; in closed form
+    each corner of the body with the corner of a box of equal sign.
+    """
     s, o, n_p = boxes.obstacle_lo.shape
-    upper = np.array(list(itertools.product((False, True), repeat=n_p)))[None, None]
+    every = list(itertools.product((False, True), repeat=n_p))
+    upper = about.signs[0] > 0 if about.closed else np.array(every)
     corner = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
-    corner = np.where(boxes.present[..., None, None], corner, 0.0)
-    shapes = about.vertices[:n_parts]
-    sums = corner[:, :, None, :, None] + shapes[None, None, :, None]
+    present = boxes.present[..., None, None]
+    if about.closed:
+        return np.where(present, corner + about.vertices[0], 0.0)
+    sums = np.where(present, corner, 0.0)[:, :, None, :, None] + about.vertices[:n_parts, None]
     return sums.reshape(s, o * n_parts, -1, n_p)
-
-
-def _corners_by_sign(boxes: BoxScenes, about: Obstacles, n_parts: int) -> np.ndarray:
-    """The same in closed form: each corner of the body with the corner of a box of equal sign."""
-    upper = (about.signs[0] > 0)[None, None]
-    corner = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
-    return np.where(boxes.present[..., None, None], corner + about.vertices[0], 0.0)
 
 
 def _rows(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,7 @@ from parc_jax.safe_set.separation.pairs import Obstacles
 
 STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
 AROUND = 24  # directions tried in the plane; in space those from a cube to its neighbours
+Ways = Float[jax.Array, "c n_c knots"]
 
 
 def along_fan(tube: Tube) -> Reach:
@@ -24,7 +25,7 @@ def along_fan(tube: Tube) -> Reach:
     return reach(tube, all_around(tube.n_p), dtype=np.float32)
 
 
-def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
+def estimate_clearance(obstacles: Obstacles, path: Ways, taken: Reach):
     """Estimated clearance (c,) [m] of paths (c, n_c, T + 1), float32 with the time last.
 
     taken: error support table along the direction set, in the bins (c,) of the paths.
@@ -35,7 +36,7 @@ def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots
     return _along_a_fan(obstacles, path, taken)
 
 
-def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
+def estimate_roughly(pairs: Obstacles, path: Ways, taken: Reach):
     """The same from every STRIDE-th knot: paths straight between these, with the errors of the
     interval in the middle; an obstacle that exists in some interval between two exists in all.
     """
@@ -49,13 +50,8 @@ def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], ta
     return estimate_clearance(few, path[..., knots], taken.during(middle, kernel=True))
 
 
-def _along_edges(
-    grown: Obstacles,
-    path: Float[jax.Array, "c n_c knots"],
-    error: Float[jax.Array, "c n_p intervals"],
-):
+def _along_edges(grown: Obstacles, path: Ways, error: Float[jax.Array, "c n_p intervals"]):
     """Gap along edge normals of a grown obstacle: exact at edges, too small at a disc's corner."""
-
     places = path.swapaxes(0, 1)
 
     def obstacle(j: Int[jax.Array, ""], clearance: Float[jax.Array, " c"]):
@@ -82,7 +78,7 @@ def _along_edges(
     return jax.lax.fori_loop(0, len(grown.vertices), obstacle, far)
 
 
-def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
+def _along_a_fan(pairs: Obstacles, path: Ways, taken: Reach):
     """The largest gap along a direction set, the same for all pairs: too small between the
     directions. The projection of every point on a direction is computed once for all pairs.
     """

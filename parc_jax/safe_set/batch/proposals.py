@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import least_over, product
-from parc_jax.common.shapes import Index
+from parc_jax.common.shapes import Index, Params
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import Reach
@@ -66,7 +66,6 @@ class Pool:
 
 def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
     """The pool of given k."""
-
     least, most = (jnp.asarray(x) for x in tube.end_extent)
 
     def one(k):
@@ -89,12 +88,7 @@ def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
 
 
 def pool_at_random(
-    net: ReLUNetwork,
-    tube: Tube,
-    key: jax.Array,
-    lo: Float[jax.Array, " n_k"],
-    hi: Float[jax.Array, " n_k"],
-    n: int,
+    net: ReLUNetwork, tube: Tube, key: jax.Array, lo: Params, hi: Params, n: int
 ) -> Pool:
     """A pool of n values of k, uniform on the box [lo, hi] (n_k,) of floats."""
     share = jax.random.uniform(key, (n, len(lo)), lo.dtype)

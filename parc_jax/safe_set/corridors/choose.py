@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
 from parc_jax.common.arrays import once, single
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import Index
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import numbered, placed_errors, reach
@@ -164,9 +164,7 @@ def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowe
 
 
 # of many seeds
-choose_batch = jax.jit(
-    jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))), compiler_options=COMPILER
-)
+choose_batch = compiled(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
 
 
 def _rooms(
@@ -199,7 +197,6 @@ def _rooms(
 
 def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
     """Masks (T, d); bit i: the direction separates plan i from the obstacle with this support."""
-
     bit = (jnp.uint64(1) << _bits())[:, None, None]
     return jax.lax.reduce_or(jnp.where(rooms > support[None], bit, jnp.uint64(0)), (0,))
 
@@ -230,7 +227,6 @@ def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index
 
 
 def _with_seed(masks: UInt[jax.Array, "..."]):
-    """Is bit 0, the seed, set?"""
     return masks & jnp.uint64(1) > 0
 
 

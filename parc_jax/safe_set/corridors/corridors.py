@@ -16,7 +16,7 @@ from jaxtyping import ArrayLike, Float, Int
 from numpy.typing import DTypeLike
 
 from parc_jax.common.arrays import in_chunks, on_all_cores, once, x64
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import Index, Numbers, Paths
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import in_room
@@ -137,36 +137,27 @@ def padded_size(n: int, least: int = SMALLEST) -> int:
     return size
 
 
-def _of_one(
-    errors: ErrorSet,
-    points: Int[ArrayLike, "o i"],
-    count: Index,
-    w: Float[ArrayLike, "o n_p t"],
-    support: Float[ArrayLike, "o t"],
-    bin: Index,
-):
-    """(o, i, T) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
+@partial(jax.jit, static_argnames="coarse")
+def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, coarse: bool):
+    """(b, o, i, T) thresholds of corridors, each in a bin, as `Corridor.threshold`. Kernel.
 
     Intervals innermost: the errors of a point in a bin stay in cache.
     """
-    in_bin = at(errors, bin)
-
-    def add(o: Index, thresholds: Float[ArrayLike, "o i t"]):
-        back = tuple(-x for x in w[o])
-        slots = [
-            support[o] + at(in_bin, (slice(None), point)).support_by_axis(back)
-            for point in points[o]
-        ]
-        return thresholds.at[o].set(jnp.stack(slots))
-
-    nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
-    return jax.lax.fori_loop(0, count, add, nothing)
-
-
-@partial(jax.jit, static_argnames="coarse")
-def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, coarse: bool):
     points = jnp.asarray(some.points)
-    one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
+
+    def one(pair: tuple):
+        w, support, bin = pair
+        in_bin = at(errors, bin)
+
+        def add(o: Index, thresholds: Float[ArrayLike, "o i t"]):
+            back = tuple(-x for x in w[o])
+            of_points = [at(in_bin, (slice(None), point)) for point in points[o]]
+            slots = [support[o] + own.support_by_axis(back) for own in of_points]
+            return thresholds.at[o].set(jnp.stack(slots))
+
+        nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
+        return jax.lax.fori_loop(0, some.count, add, nothing)
+
     pairs = some.w, some.support, bins
     return jax.vmap(one)(pairs) if coarse else jax.lax.map(one, pairs)
 
@@ -343,10 +334,10 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
     return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
-_pairs = jax.jit(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)), compiler_options=COMPILER)
+_pairs = compiled(jax.vmap(satisfies, in_axes=(None, 0, 0, 0)))
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
     """(b, c) bool: all plans against some corridors."""
     corridors = jax.vmap(satisfies, in_axes=(None, None, None, 0))

@@ -15,7 +15,7 @@ from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once, x64
-from parc_jax.common.backend import COMPILER, Backend, backend
+from parc_jax.common.backend import Backend, backend, compiled
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, Key, ManyParams, Params, Positions, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
@@ -146,7 +146,7 @@ def _number(n: int, device: jax.Device | None) -> jax.Array:
     return jax.device_put(np.int32(n), device)
 
 
-@partial(jax.jit, static_argnames=("slots", "how"), compiler_options=COMPILER)
+@partial(compiled, static_argnames=("slots", "how"))
 def _first_safe(
     asked: Placed, key: Key, n: Index, slots: int, how: Backend
 ) -> tuple[FirstSafe, Verdicts]:
@@ -165,7 +165,7 @@ def _first_safe(
     return safe, seen(*judge, p0, k)
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 def _preferred(
     asked: Placed,
     p0: Positions,

@@ -4,6 +4,7 @@ uniform samples. [T29]
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import jax
@@ -59,6 +60,7 @@ def cut_around(
     return cuts
 
 
+@dataclass(eq=False, repr=False)
 class Polytopes:
     """Safe convex polytopes of (p0, k), each inside one region and one bin; in k alone where all
     plans have one start. From `Answer.polytopes`. All arrays are float64. [T29]
@@ -68,26 +70,19 @@ class Polytopes:
     many it did not accept, which were left out.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        polytopes: list[SafePolytope],
-        coverage: Coverage,
-        *,
-        proved: bool = False,
-        refused: int = 0,
-    ):
-        self.scene = scene
-        self.all = polytopes
-        self.coverage = coverage
-        self.proved = proved
-        self.refused = refused
-        corridors = {id(p.corridor): p.corridor for p in polytopes}
+    scene: Scene
+    all: list[SafePolytope]
+    coverage: Coverage
+    proved: bool = False
+    refused: int = 0
+
+    def __post_init__(self) -> None:
+        corridors = {id(p.corridor): p.corridor for p in self.all}
         place = {name: i for i, name in enumerate(corridors)}
-        self._corridors = Corridors(scene.model.tube, corridors.values())
-        self._corridor_of = np.array([place[id(p.corridor)] for p in polytopes], int)
+        self._corridors = Corridors(self.scene.model.tube, corridors.values())
+        self._corridor_of = np.array([place[id(p.corridor)] for p in self.all], int)
         self._by_cell: dict[bytes, list[int]] = {}
-        for index, polytope in enumerate(polytopes):
+        for index, polytope in enumerate(self.all):
             self._by_cell.setdefault(polytope.cell, []).append(index)
 
     def __len__(self) -> int:
@@ -188,7 +183,9 @@ class Polytopes:
             x = np.concatenate(
                 [sample_solid(s, rng, int(c)) for s, c in zip(solids, counts, strict=True) if c]
             )
-            x = x[rng.random(len(x)) * self._around(solids, x) < 1]
+            of = x if self.scene.at is None else x[:, model.n_p :]
+            around = sum(s.polytope.contains(of).astype(int) for s in solids)
+            x = x[rng.random(len(x)) * np.maximum(around, 1) < 1]  # one of them drew it
             p0, k = x[:, : model.n_p], x[:, model.n_p :]
             _, safe = safe_ones(self.scene, ends_from(p0, model, k), k)
             out.append(np.concatenate([safe.p0, safe.k], axis=1)[self.has(safe)])
@@ -199,12 +196,6 @@ class Polytopes:
                     "scene."
                 )
         return rng.permutation(np.concatenate(out))[:n]
-
-    def _around(self, solids: list[Solid], x: np.ndarray) -> np.ndarray:
-        """(b,) number of solids around each point x (b, n_p + n_k), one of which drew it."""
-        of = x if self.scene.at is None else x[:, self.scene.model.n_p :]
-        inside = ((of @ s.polytope.A.T <= s.polytope.b).all(axis=1) for s in solids)
-        return np.maximum(sum(one.astype(int) for one in inside), 1)
 
 
 def cut_polytopes(

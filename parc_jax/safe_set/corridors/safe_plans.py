@@ -191,20 +191,7 @@ def best_plan(
 
     objective: as of `Answer.best`. Raises InputError.
     """
-    n_p, n_k = plans.model.n_p, plans.model.n_k
-    if isinstance(objective, str) and objective not in NAMED:
-        raise InputError(
-            f'best: expected "clearance", "room", a vector or a function; got {objective!r}.'
-        )
-    if not (callable(objective) or isinstance(objective, str)):
-        c = as_float64("best: linear objective", objective, (n_p + n_k,))
-        return _search(plans, lambda x: x @ c, rng)
-    return _search(plans, _value(plans, objective), rng)
-
-
-def _search(
-    plans: SafePlans, value: Callable, rng: np.random.Generator
-) -> tuple[np.ndarray, float]:
+    value, n_p = _value(plans, objective), plans.model.n_p
     try:
         drawn = plans.sample(rng, DRAWS)
     except InputError:  # too small a set for draws: those that it is known by
@@ -212,7 +199,6 @@ def _search(
         if not len(drawn):
             raise
     starts = ranked(drawn, value(drawn)).at(slice(KEPT))
-    n_p = plans.model.n_p
 
     def closer(best: Ranked, spread: float) -> np.ndarray:
         # ways from one drawn plan to another fit the set as a whole
@@ -228,15 +214,18 @@ def _search(
 
 def _value(plans: SafePlans, objective: Objective):
     """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
-    n_p = plans.model.n_p
+    n_p, n_k = plans.model.n_p, plans.model.n_k
     if isinstance(objective, str):
+        if objective not in NAMED:
+            raise InputError(
+                f'best: expected "clearance", "room", a vector or a function; got {objective!r}.'
+            )
         # of all obstacles, those too that no plan comes near
         scene = unpruned_scene(plans.scene)
-
-        def named(x: Float[ArrayLike, "b n"]):
-            return getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)
-
-        return named
+        return lambda x: getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)
+    if not callable(objective):
+        c = as_float64("best: linear objective", objective, (n_p + n_k,))
+        return lambda x: x @ c
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))
 
     def value(x: Float[ArrayLike, "b n"]):

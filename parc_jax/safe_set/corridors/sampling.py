@@ -1,6 +1,7 @@
 """Random plans of the goal-reaching set, drawn without rejection or a search over regions. [T15]"""
 
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from typing import NamedTuple
 
 import numpy as np
@@ -193,7 +194,7 @@ class Counts(NamedTuple):
         return self.safe < FEW and self.drawn >= HOPELESS
 
 
-class Sampler:
+class Sampler(AbstractContextManager):
     """Fresh draws, one after another, each made by another thread while the search is at work: as
     many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
 
@@ -208,9 +209,6 @@ class Sampler:
         self._seen: list[Points] = []
         self._thread = ThreadPoolExecutor(1)
         self._coming: Future[Draw] | None = None
-
-    def __enter__(self) -> "Sampler":
-        return self
 
     def __exit__(self, *_) -> None:
         self._thread.shutdown()

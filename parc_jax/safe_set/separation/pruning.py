@@ -58,13 +58,6 @@ class Extent(NamedTuple):
     hi: np.ndarray
     error: np.ndarray
 
-    @property
-    def at_any_time(self) -> "Extent":
-        """One interval that holds all."""
-        return Extent(
-            self.lo.min(axis=0)[None], self.hi.max(axis=0)[None], self.error.max(axis=0)[None]
-        )
-
 
 class Apart(NamedTuple):
     """The pairs of a problem, obstacle by obstacle and part by part, and which of them are pruned.
@@ -142,8 +135,9 @@ def apart(problem: Problem, model: TrajectoryModel, extent: Extent, slack: float
     row = np.full((n, n_parts), -1)
     known = np.isfinite(extent.lo).all() and np.isfinite(extent.hi).all()
     for p, part in enumerate(parts if n and known else ()):
-        own = Extent(*(x[:, list(part.points)] for x in extent))
-        room[:, p], row[:, p] = _settled(problem, np.arange(n), part, own.at_any_time, slack, None)
+        lo, hi, error = own = Extent(*(x[:, list(part.points)] for x in extent))
+        whole = Extent(lo.min(axis=0)[None], hi.max(axis=0)[None], error.max(axis=0)[None])
+        room[:, p], row[:, p] = _settled(problem, np.arange(n), part, whole, slack, None)
         # far away from all times' box at once, or looked at interval by interval
         close = np.flatnonzero(room[:, p] <= 0)
         if len(close):

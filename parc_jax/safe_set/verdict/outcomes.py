@@ -78,7 +78,7 @@ def _nearest(scene: Tabled, path: np.ndarray, enough: float) -> np.ndarray:
     found[some] = _measured(scene, path, some, *worst)
     run, o, t = np.nonzero(promised[some] < found[some, None, None])
     np.minimum.at(found, some[run], _measured(scene, path, some[run], o, t))
-    return found if scene.beyond is None else np.minimum(found, scene.beyond)
+    return np.minimum(found, scene.beyond)
 
 
 def _measured(

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.common.arrays import least, map_rows, once, product, x64
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import (
     Index,
     Knot,
@@ -263,13 +263,11 @@ def anchored(
     return p0, (goal >= 0) & (start >= 0) & (bin >= 0)
 
 
-_verdicts = jax.jit(
-    jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)), compiler_options=COMPILER
-)
+_verdicts = compiled(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
 _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k: ManyParams):
     lost = jax.vmap(partial(tube.support_at_end, scene.goal_A))(jnp.arange(tube.n_bins))
     return jax.vmap(lambda z, k: anchored(end, tube, scene, z, k, lost=lost))(z, k)
@@ -277,12 +275,9 @@ def _anchored(end: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Positions, k:
 
 def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
     """Verdicts on plans, in NumPy; on an edge between bins the least of each margin. [T28]"""
-    model, arrays = scene.model, scene.arrays
+    model = scene.model
     rows, bins = each_bin(model.tube.edges, k)
-
-    def one(p: Positions, x: ManyParams, bin: Numbers):
-        return _verdicts(model.net, model.tube, arrays, p, x, bin)
-
+    one = partial(_verdicts, model.net, model.tube, scene.arrays)
     seen = map_rows(CHUNK, one, np.asarray(p0)[rows], np.asarray(k)[rows], bins)
     if len(rows) == len(k):
         return seen
@@ -295,11 +290,7 @@ def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
 
 def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
     """Predictions of plans, in NumPy, without the test of obstacles, which is most of a verdict."""
-    model, arrays = scene.model, scene.arrays
-
-    def one(p: Positions, x: ManyParams):
-        return _predictions(model.net, model.tube, arrays, p, x)
-
+    one = partial(_predictions, scene.model.net, scene.model.tube, scene.arrays)
     return map_rows(CHUNK_ANCHOR, one, p0, k)
 
 
@@ -310,8 +301,8 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
 
 def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.ndarray]:
     """Starts (b, n_p) with predicted ends z, and which reach the goal (b,). No obstacle test."""
-    end, tube, arrays = once(scene.model, end_network), on_device(scene.model.tube), scene.arrays
-    return map_rows(CHUNK_ANCHOR, lambda z, k: _anchored(end, tube, arrays, z, k), z, k)
+    end, tube = once(scene.model, end_network), on_device(scene.model.tube)
+    return map_rows(CHUNK_ANCHOR, partial(_anchored, end, tube, scene.arrays), z, k)
 
 
 def on_device(tube: Tube) -> Tube:

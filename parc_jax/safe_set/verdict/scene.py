@@ -218,8 +218,7 @@ def lowered(nominal: NominalProblem, apart: Apart | None = None) -> Scene:
 
 def _rows(poly: HPolytope):
     rows = bucket(max(1, len(poly.b)))
-    A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
-    A[: len(poly.b)], b[: len(poly.b)] = poly.A, poly.b
+    A, b = _longer(poly.A, rows, 0.0), _longer(poly.b, rows, 1.0)
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 

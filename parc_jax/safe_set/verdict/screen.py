@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.arrays import least, map_rows, once, slices, x64
-from parc_jax.common.backend import COMPILER
+from parc_jax.common.backend import compiled
 from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.reach import Reach, numbered, reach
@@ -170,13 +170,11 @@ def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o:
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(*[None] * 4, 0, 0)), compiler_options=COMPILER)
-_separated_items = jax.jit(
-    jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)), compiler_options=COMPILER
-)
+_facet_tests = compiled(jax.vmap(facet_test, in_axes=(*[None] * 4, 0, 0)))
+_separated_items = compiled(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
 
 
-@partial(jax.jit, compiler_options=COMPILER)
+@compiled
 @partial(jax.vmap, in_axes=(None, None, 0, 0, 0, 0, 0))
 def _separated_by_table(
     facets: Facets, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index
@@ -191,7 +189,6 @@ def _separated_by_table(
 
 
 def _whole(scene: Scene) -> tuple:
-    """Network, tube, scene and facets on the device."""
     model, facets = scene.model, facets_of(scene)
     with x64():
         return jax.device_put((model.net, on_device(model.tube), scene.tabled, facets))
