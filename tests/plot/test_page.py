@@ -91,7 +91,7 @@ def test_the_corridors_of_an_answer_are_on_its_page():
     assert len(data["corridors"]) == len(answer.corridors) > 0
     assert (
         data["corridor_share"] == answer.coverage.at_least > 0
-        and data["set"] == "the model's safe set"
+        and data["set"] == "the model's safe set under an assumed tube"
     )
     some = SimpleNamespace(box=np.zeros((2, 4)))
     found = replace(answer, cover=answer.cover._replace(within=some))

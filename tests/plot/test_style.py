@@ -53,7 +53,8 @@ def test_pictures_of_an_answer_from_here_name_their_frame():
     answer = toy_answer()
     for pose, told in ((None, ""), (Pose(np.zeros(2)), ""), (Pose(np.zeros(2), 0.1), "robot's")):
         nominal = replace(answer.scene.nominal, pose=pose)
-        shown = SimpleNamespace(**vars(answer) | {"scene": SimpleNamespace(nominal=nominal)})
+        scene = SimpleNamespace(nominal=nominal, at=None, box_of_k="K")
+        shown = SimpleNamespace(**vars(answer) | {"scene": scene})
         label = samples(shown).axes[0].get_xlabel()
         assert label == (f"x [m], {told} frame" if told else "x [m]")
 
