@@ -245,8 +245,8 @@ CHECKER = (
     Fault(
         "no_plan_widest_widths",
         "Question.at_end",
-        "return Several(sets, min)",
-        "return Several(sets, max)",
+        "for b in bins], min)",
+        "for b in bins], max)",
         "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected",
     ),
     Fault(
