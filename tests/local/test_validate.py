@@ -237,10 +237,16 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert again.contains(plans[:, :2], plans[:, 2:]).all() and again.risk() == validated.risk()
 
 
-def test_what_its_obstacles_rest_on_is_said_beside_a_set_and_once():
+def promised(found):
+    """The answer in its scene, whose obstacle is told of for some of the plan by a promise."""
     span = Span((0, 2), said="That it is there rests on a promise")
-    scene = toy.problem().replace(spans=[span])
-    found = toy.planner().solve(scene, KEY, toy.SETTINGS, validate=asked_of())
+    told = replace(found.scene.nominal, problem=found.problem.replace(spans=[span]))
+    return replace(found, scene=found.scene.replace(nominal=told))
+
+
+def test_what_its_obstacles_rest_on_is_said_beside_a_set_and_once(answer):
+    tested = replace(answer.validation, answer=promised(answer.validation.answer))
+    found = replace(promised(answer), validation=tested)
     said = "1 obstacle of 1 is told of for some of the 4 intervals"
     for words in (found.validation.details(), found.details()):
         assert words.count(said) == words.count("rests on a promise") == 1

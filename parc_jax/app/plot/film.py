@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import Episode
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.statement import conditions
+from parc_jax.statement import told_under
 
 RATE, RATE_OF_EPISODE = 25.0, 10.0  # [frames/s]
 MOST = 250  # frames: a longer manoeuvre is shown faster than it is
@@ -158,7 +158,7 @@ class _PlanCanvas(_Canvas):
             words += model.claim.evidence.get("not_drawn", ())
             shown = "prediction of the model" if run is None else "true run"
             caption = f"{model.system or 'plan'}: {shown}, sample {sample}"
-            lines = caption, conditions(answer).lstrip(), ", ".join(words)
+            lines = caption, told_under(answer).lstrip(), ", ".join(words)
             self.figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9.5)
             self.clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)

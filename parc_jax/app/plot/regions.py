@@ -15,7 +15,7 @@ from parc_jax.common.spelling import counted, hex_text
 from parc_jax.common.status import OfRegion
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.proof.regions.table import RegionTable
-from parc_jax.statement import conditions
+from parc_jax.statement import told_under
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 EDGES = {"edgecolors": "white", "linewidths": 0.35}
@@ -97,7 +97,7 @@ def regions(answer, table: RegionTable, to=None, *, axes=(0, 1), at=None):
         title, at = counted(table.count, "region"), table.domain.center if at is None else at
         others = [f"{names[i]} = {v:.3g}" for i, v in enumerate(at) if i not in axes]
         title = f"{len(shown)} of {title}, cut at {', '.join(others)}" if others else title
-        ax.set_title(fill(f"{title}{conditions(answer)}", LETTERS))
+        ax.set_title(fill(f"{title}{told_under(answer)}", LETTERS))
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(names[axes[0]])
         ax.set_ylabel(names[axes[1]])

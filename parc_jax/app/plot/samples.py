@@ -11,7 +11,7 @@ from parc_jax.app.plot import shapes, style
 from parc_jax.app.plot.shapes import SceneView, View, predicted, views_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
-from parc_jax.statement import conditions
+from parc_jax.statement import told_under
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 LETTERS = 64  # of a line of the title
@@ -44,7 +44,7 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     paths = predicted(answer.model, answer.samples[:count])
     pictures = [_Picture(answer, view, *paths, replay, count) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
-    of = f"{counted(count, 'safe sample')}{conditions(answer)}"
+    of = f"{counted(count, 'safe sample')}{told_under(answer)}"
     return drawn(pictures, to, fill(f"{of}{pictures[0].tally()}", LETTERS))
 
 
