@@ -31,7 +31,7 @@ SAME = "each run, whatever came before, is one of the claim's law"
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
 
@@ -83,6 +83,10 @@ class Monitor:
         """Mean wealth of the bets; under a true claim its expectation never exceeds one. [T32]"""
         top = self.log_wealth.max()
         return float(np.exp(min(700.0, top)) * np.exp(self.log_wealth - top).mean())
+
+    def __repr__(self) -> str:
+        rings = "ALARM" if self.alarm else "no alarm"
+        return f"<Monitor: {rings}, of {self.premises['seen']} {self.left:,} left the tube>"
 
     @property
     def alarm(self) -> bool:
