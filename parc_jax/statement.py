@@ -13,7 +13,14 @@ from parc_jax.common.said import about_said
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up, some_of
 from parc_jax.learning.bound.counts import NoStatement, Risk
-from parc_jax.learning.bound.statement import AS_RECORDED, UNSHOWN, VALIDATED, confidence_of, in_box
+from parc_jax.learning.bound.statement import (
+    AS_RECORDED,
+    UNSHOWN,
+    VALIDATED,
+    about_open_bins,
+    confidence_of,
+    in_box,
+)
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS, TimeGrid
@@ -67,6 +74,9 @@ def about_obstacles(problem: Problem, time: TimeGrid) -> str:
     # what is told of for a whole plan is told of for that of its moment alone
     some = sum(tuple(x) != (0, time.n_steps - 1) or x.at is not None for x in told)
     rests = about_said(problem.rests_on)
+    # a file does not see it, and says so; whose manoeuvre is over has no place any more
+    over = sorted({x.void for x in told if x.void and not isinstance(x.of, str)})
+    rests = " ".join([rests, *(f"Not any more: what is in the way {words}." for words in over)])
     if not some:
         return rests
     moments = [x.at for x in told if x.at is not None]
@@ -262,9 +272,7 @@ def summary(answer, drawn: str) -> str:
         lines.append(drawn)
     elif answer.absence is not None:
         lines.append(answer.absence.details())
-    if not claim.tube.claimed.all():
-        none = f"{claim.premises['open bins']} bins of K have no claim"
-        lines.append(f"{none}: no plan there can be shown safe.")
+    lines += about_open_bins(claim.premises)
     more = [
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,

@@ -24,8 +24,8 @@ class NominalPath:
     tube (T, points, n_p) [m]: half widths of the tube between two times, as `Tube.interval` has
     them: boxes around one with slanted faces, the widest of the bins that hold k, infinite where
     one has no claim. tube_at_end (points, n_p) [m], q_error (n_q,): half widths at the end.
-    points: names of the reference points. labels: names and units of the coordinates. alone: an
-    uncertainty of start, goal or obstacles comes on top. turned: all is told in the robot's frame.
+    points: names of the reference points. labels: names and units of the coordinates. alone: what
+    is uncertain, but for its execution, comes on top. turned: all is told in the robot's frame.
     """
 
     times: np.ndarray

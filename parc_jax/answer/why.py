@@ -13,7 +13,7 @@ import numpy as np
 
 from parc_jax.common.climb import Ranked, climb, ranked
 from parc_jax.common.spelling import listed, rounded_down, rounded_up
-from parc_jax.learning.bound.statement import probability
+from parc_jax.learning.bound.statement import about_open_bins, probability
 from parc_jax.learning.labels import degrees_hint, name_of, named_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.relu import outputs
@@ -149,6 +149,7 @@ def why_of(scene: Scene, listed: np.ndarray | None = None) -> Why:
         said.append(f"{how} {_of_tube(missing, bare, both[0].unit, tube)}")
         said.append(_next(scene, both, missing, bare, tube))
         said += ["Places are told in the robot's frame."] * scene.nominal.turned
+        said += about_open_bins(scene.model.claim.premises)
     elif not safe and best.value[0] > 0:
         said.append("A plan that was tried passes: safe plans are rare, and more work finds them.")
     return Why(
@@ -288,7 +289,8 @@ def _next(scene: Scene, both: list[_Side], missing: float, bare: float, tube: st
     if taken >= missing > 0:
         share = f"{rounded_up(100 * missing / taken)} %"
         now = f" than {probability(p['eps'], 2)}" if "eps" in p else ""
-        ways = f"more bins of K, a better network by more runs, or a larger eps{now}"
+        bins = "more bins of K, " * (scene.model.claim.bin_eps is None)  # else less runs in each
+        ways = f"{bins}a better network by more runs, or a larger eps{now}"
         # the direction that separates changes with the tube, so the room that it takes is convex
         steps.append(f"a {tube} narrower by {share} at least ({ways})")
     steps += ["less that is uncertain"] * (tube != "tube")

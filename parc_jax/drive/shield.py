@@ -80,7 +80,8 @@ class Shield(gymnasium.Wrapper):
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
-    `told_until`; `clearance` [m], the least on all of it; `reason`, why nothing new was committed
+    `told_until`; `clearance` [m], the least on all of it, -inf once a tube was left, its own or one
+    of a robot in its way; `reason`, why nothing new was committed
     to, else empty. What there is nothing to say of is not in it, as vector environments want it:
     `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
     was not until another took over, once for each; `left_at_end`, the same where the episode ends,

@@ -130,7 +130,8 @@ class TrajectoryModel:
         ("speed [m/s]", ...)}. Raises InputError.
         """
         about = replace(self.claim.subject, given=self.given).with_labels(given)
-        told = [about.hidden[0] if x[:7] == "HIDDEN_" else x for x in self.claim.assumptions]
+        # a ledger whose names are of no label keeps them
+        told = [(*about.hidden, x)[0] if x[:7] == "HIDDEN_" else x for x in self.claim.assumptions]
         return replace(self, claim=derived(self.claim, subject=about, assumptions=(*told,)))
 
     def save(self, path) -> Path:

@@ -53,8 +53,8 @@ class Span(tuple):
     @property
     def told_from(self) -> tuple[str, int]:
         """Its mover, and the interval in which the first of its parts begins."""
-        first = self.mover.rpartition(" from ")[2]
-        return self.mover, int(first) if first.isdecimal() else self[0]
+        _, said, first = self.mover.rpartition(" from ")
+        return self.mover, int(first) if said and first.isdecimal() else self[0]
 
     @property
     def rests_on(self) -> str:

@@ -26,8 +26,7 @@ class Work(NamedTuple):
 
 def work_of(share: float) -> Work:
     """That share of the standard work, and one of each at least."""
-    each = LOOKS, CORRIDORS, LEAVES, POPULATION
-    return Work(*(max(1, math.ceil(share * n)) for n in each))
+    return Work(*(max(1, math.ceil(share * n)) for n in (LOOKS, CORRIDORS, LEAVES, POPULATION)))
 
 
 @dataclass(frozen=True)

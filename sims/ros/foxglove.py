@@ -99,7 +99,7 @@ def _read(source) -> Answer | Episode:
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     model, n_p, pose = answer.model, answer.model.n_p, answer.scene.nominal.pose
-    lines = [says.statement(start, answer.details())]
+    lines = [says.statement(start, answer.details() + drawn_of(model))]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
     if places:
         way = in_world(np.stack(places), pose)
@@ -111,6 +111,12 @@ def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
         return lines + _scene(says, answer.problem, model, pose, near, start, None)
     begun = Manoeuvre(Fraction(0), pose, answer.problem, chosen[:n_p], chosen[n_p:])
     return lines + _manoeuvre(says, model, begun, start, None)
+
+
+def drawn_of(model: TrajectoryModel) -> str:
+    """What the drawn path is, to follow a statement, where it is not the robot's prediction."""
+    copies = "network_of_runs" in model.claim.evidence
+    return "\nDrawn: one possible run of the model, of those that are uncertain." * copies
 
 
 def _plan(answer: Answer, plan) -> np.ndarray | None:
@@ -137,12 +143,11 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
 
 def _episode(says: Messages, driven: Episode, start: int) -> list[Line]:
     # each manoeuvre is shown until it was left for the next one, the last one to its end
-    lines = [says.statement(start, driven.statement)]
-    first = driven.manoeuvres[0].begin
+    lines = [says.statement(start, driven.statement + drawn_of(driven.model))]
     ends = [one.begin for one in driven.manoeuvres[1:]]
     for one, left in zip(driven.manoeuvres, [*ends, None], strict=True):
-        stamp = start + round((one.begin - first) * 10**9)
-        until = None if left is None else start + round((left - first) * 10**9)
+        stamp = start + round(one.begin * 10**9)
+        until = None if left is None else start + round(left * 10**9)
         lines += _manoeuvre(says, driven.model, one, stamp, until, whole=False)
     return lines
 

@@ -9,7 +9,6 @@ import sys
 
 import numpy as np
 
-from parc_jax.answer.path import nominal_path
 from parc_jax.bags.recording import stamp_of
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.common.status import Status
@@ -19,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.world.outlines import read_footprint
 from sims.driving import Driving
 from sims.pilot import Pilot
-from sims.ros.way import way_of
+from sims.ros.way import predicted, way_of
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
@@ -116,7 +115,7 @@ class PilotNode(Node):
         if step.new:
             one = step.committed
             self.manoeuvre.publish(_parameters(self.pilot.model, one))
-            way = way_of(nominal_path(one.asked.model, one.asked.at, one.k), one.asked.pose)
+            way = way_of(predicted(one.asked, one.asked.at, one.k), one.asked.pose)
             self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
         self.statement.publish(String(data=self.pilot.statement(step)))
         if not self.episode:
@@ -142,8 +141,8 @@ class PilotNode(Node):
         self.statement.publish(String(data=said))
         if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p
-            path = nominal_path(answer.model, plan[:n_p], plan[n_p:])
-            way = way_of(path, answer.scene.nominal.pose)
+            asked = answer.scene.nominal
+            way = way_of(predicted(asked, plan[:n_p], plan[n_p:]), asked.pose)
             response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
         return response
 

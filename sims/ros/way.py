@@ -2,9 +2,18 @@
 
 import numpy as np
 
-from parc_jax.answer.path import NominalPath
+from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.app.plot.shapes import in_world
+from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
+
+
+def predicted(asked: NominalProblem, p0: np.ndarray, k: np.ndarray) -> NominalPath:
+    """The robot's own prediction of a plan; of one way to execute it where k is not all of its own,
+    or a file has the ways that stand for what is uncertain alone.
+    """
+    own = asked.told.model
+    return nominal_path(own if own.n_k == len(k) else asked.model, p0, k)
 
 
 def way_of(path: NominalPath, pose: Pose | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -122,3 +122,10 @@ def test_every_surface_tells_of_every_premise(premise, tmp_path, capsys):
         if not re.search(words, html.unescape(" ".join(said.split()))):
             silent.add(name)
     assert silent == LEFT[premise]
+
+
+@pytest.mark.slow
+def test_a_name_says_so_where_no_share_was_measured():
+    few = pj.Settings(samples=2, samples_only=True)
+    told = pj.Planner(model("assumed", Sure)).solve(question(False, start=0.01), KEY, few)
+    assert repr(told).endswith("under an assumed tube for all that is uncertain>")

@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 import pytest
-from toy_models import assumed, line_model
+from toy_models import assumed, line_model, told
 
 import parc_jax as pj
 from parc_jax.answer.why import odd_size, why_of
@@ -45,6 +45,18 @@ def test_a_gap_too_narrow_by_3_cm(at):
     assert "lacks 3.1 cm between obstacle" in why.text and "takes 2.1 cm of it" in why.text
     # never less than what is missing, 3.0001 cm
     assert "more room between these two by 3.1 cm" in why.text and "No narrower tube" in why.text
+
+
+def test_bins_without_a_claim_are_named_and_more_bins_are_no_cure_of_them():
+    model = line_model(e=0.01, half=2.0)
+    edges = [np.array([-2.0, 1.0, 2.0]), model.tube.edges[1]]
+    wide = np.stack([model.tube.interval[0], np.full_like(model.tube.interval[0], np.inf)])
+    final = np.stack([model.tube.final[0], np.full_like(model.tube.final[0], np.inf)])
+    some = told(model, tube=tube(edges, wide, final, 1))
+    for one, bins in ((model, False), (some, True)):
+        said = why_not(pj.reach_avoid(GOAL, walls(0.39), 0.2, START), one).text
+        none = "1 of 2 bins of K have no claim: no plan there can be shown safe."
+        assert (none in said) == bins
 
 
 def test_a_gap_wider_than_the_body_says_how_much_narrower_the_tube_must_be(tmp_path):

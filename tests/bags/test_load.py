@@ -310,5 +310,5 @@ def test_records_between_poses_bear_no_bound_on_motion(tmp_path):
     net = pj.learning.relu_network([np.zeros((7, 2))], [np.zeros(7)])
     ask = {"eps": 0.2, "delta": 0.1, "train": train, "bins": (1, 1), "quiet": True}
     assert pj.learning.bound_error(net, held, None, **ask).eps is not None
-    with pytest.raises(InputError, match="expected records of where the robot was, for a bound"):
+    with pytest.raises(InputError, match="expected records of where it was, for a bound"):
         pj.learning.bound_error(net, held, None, intersample=pj.types.SpeedBound(3.0), **ask)

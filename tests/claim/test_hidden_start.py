@@ -109,6 +109,11 @@ def test_an_update_from_logs_keeps_it(claim, tmp_path):
         logs.append(load_rollouts(tmp_path / f"{seed}.npz", Cart.time, Cart.domain, **about))
     net, new = pj.learning.update(claim, settled_network(), *logs[:2])
     assert ENTRY in new.assumptions and pj.learning.trajectory_model(net, new).given == (0,)
+    order = "ORDER_OF_K(that of the claim before; not all have names)"
+    bare = [log.replace(labels=log.labels._replace(k=("k0", "k1"))) for log in logs[:2]]
+    _, unnamed = pj.learning.update(claim, settled_network(), *bare)
+    assert order in unnamed.assumptions and order not in new.assumptions
+    assert order in unnamed.details()
     with pytest.raises(InputError, match="agree; given is 0, beside 1"):
         pj.learning.update(claim, settled_network(), *logs[1:])
     np.savez(tmp_path / "other.npz", k=runs.k[:, :1], p=runs.p)
@@ -184,6 +189,9 @@ def test_a_copy_in_an_older_file_is_told_by_its_ledger(claim):
     others = model.with_labels({"k": ("v [m/s]", "load [kg]")})
     assert others.given == (0,) and "HIDDEN_START(given v)" in others.claim.assumptions
     assert ENTRY not in others.claim.details() and others.claim.subject.given == (0,)
+    lost = {"subject": replace(others.claim.subject, given=()), "assumptions": claim.assumptions}
+    kept = model.replace(claim=derived(others.claim, **lost)).with_labels({})
+    assert kept.given == () and ENTRY in kept.claim.assumptions
     two = ("IID", "HIDDEN_START(given load and v)", "FRESH(and so on)")
     older = {"subject": replace(others.claim.subject, given=()), "assumptions": two}
     assert others.replace(claim=derived(others.claim, **older)).given == (0, 1)

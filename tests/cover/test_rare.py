@@ -65,8 +65,8 @@ def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path)
     told = [float(x) for x in re.findall(r" = (\S+?)[, .]*(?: |$)", example)]
     assert told == answer.samples[0].tolist()  # the plan that is proved, to its last digit
     assert "of the plans whose first point ends in the goal's box, whatever else" in said
-    assert "those around what a search found" in said and "the tube leaves" not in said
-    assert said.count("% of the safe set around what a search found") == 1
+    assert "those around what a search found" in said and "end in the goal whatever" not in said
+    assert said.count("% of the safe set under an assumed tube around what a search found") == 1
     assert "goal-reaching set" not in said and answer.cover.within is not None
 
 

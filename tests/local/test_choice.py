@@ -1,6 +1,7 @@
 """The plan that is driven: what is said of it, and that no more is said than was seen."""
 
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,6 +12,7 @@ import pytest
 import toy_driven as toy
 from synthetic_plants import plant, straight
 
+import parc_jax as pj
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
@@ -86,6 +88,13 @@ def fails_often(key, k, s):
     """Ends outside of every goal with probability 0.3."""
     p, q = straight(k, s)
     return p, q + jnp.where(jax.random.uniform(key) < 0.3, 5.0, 0.0)
+
+
+def test_a_plan_outside_of_k_is_none_and_spends_no_look(chosen):
+    plan = chosen.plan.copy()
+    plan[chosen.model.n_p] = chosen.model.domain.hi[0] + 0.1
+    with pytest.raises(InputError, match="choice: expected a plan with k in"):
+        replace(chosen, plan=plan, tested=None, near=None)
 
 
 def test_failures_are_counted_and_paid_for(chosen):
@@ -309,6 +318,20 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
         half = claim.tube.final[claim.tube.bin_of(k), :2]
         wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)
+
+
+def test_runs_near_a_plan_are_made_by_an_executor_too():
+    """Its state is none of the law of these runs: the system was said to have changed."""
+
+    def simulate(rng, k):
+        return np.linspace(0.0, 1.0, 5)[:, None] * k, k[:1]
+
+    K, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.learning.time_grid(0.25, 1.0, 0.25)
+    with ThreadPoolExecutor(2) as pool:
+        system = pj.python_system(simulate, K, time, name="py", n_p=2, n_q=1, executor=pool)
+        part = box_around(np.array([0.5, 0.5]), 0.2, K)
+        train = LocalRuns(system, KEY, 3000, None, True, part).train()
+    assert train.n == 3000 and part.contains(train.k).all() and not train.failed.any()
 
 
 def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen, monkeypatch):

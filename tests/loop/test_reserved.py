@@ -124,6 +124,23 @@ def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_
     assert not done.contradictions and done.left == 1
 
 
+def test_what_was_left_for_another_manoeuvre_before_is_told_as_it_was():
+    """A sighting after that made no contradiction of a touch that it cannot explain."""
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
+    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
+    obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
+    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
+    place = np.array([0.5 * one.k[0], 0.0])
+    then = beside.step(place, [0.0], [pj.box([20.0, 20.0], [21.0, 21.0])], goes, at=0.5).committed
+    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=0.75).left
+    assert "m clear>" in repr(one) and "m clear>" in repr(then)
+    drive = lambda *_: pj.drive.Outcome(True, False, {}, [one, then], 1.2)  # noqa: E731
+    done = pj.drive.drive_episodes(drive, lambda _: 0, jax.random.key(0), 1, workers=0, quiet=True)
+    assert done.contradictions == (0,) and done.left == 0
+
+
 def test_who_moves_is_not_told_of_where_the_first_part_of_its_way_is_left_out():
     """Its last part alone was told of as clear until the end."""
     model, goes = line_model(4, 0.01, rests=True), lambda seen: -seen.path[:, -1, 0]
@@ -146,6 +163,10 @@ def test_who_moves_is_not_told_of_where_the_first_part_of_its_way_is_left_out():
     obstacles, spans = pj.problem.moving(far, [0.1, 0.0], (2, 3), dt, at=0.0)
     step = loop.another().step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans)
     assert step.committed.told_until == step.committed.end
+    for name in ("cart", "17", "1"):  # as people number tracks: it says nothing of where it begins
+        parts = [pj.problem.Span(x, dt, 0.0, None, "", name) for x in ((0, 1), (2, 3))]
+        step = loop.another().step(np.zeros(2), [0.0], [far, far], goes, at=0.0, spans=parts)
+        assert step.committed.told_until == step.committed.end
 
 
 def test_robots_whose_poses_drifted_share_no_frame():
@@ -179,8 +200,11 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
         asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
         answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), pj.Settings.fast())
         assert f"rests on its manoeuvre, of a loop ({one.loop})." in answer.details()
+    assert "Not any more" not in answer.details()
     prepared = pj.Planner(model).prepare(asked)
     loop.restart()  # its robot may be anywhere
+    over = "Not any more: what is in the way was made for number 0 of a robot that has left that"
+    assert over in answer.summary() and over in answer.details()
     for ask in (prepared.solve, prepared.first):
         with pytest.raises(pj.InputError, match="a robot that has left that since"):
             ask(jax.random.PRNGKey(0))

@@ -501,7 +501,11 @@ def test_what_is_assumed_is_told_by_whatever_tells_of_its_manoeuvres(model, tmp_
         ).details()
         for some in (env.commitments, copies)
     ]
-    assert said[0].partition("(E)")[0] == said[1].partition("(E)")[0]
+    since = ", assumed it was copied, and no pose outside of its tube was seen since"
+    assert said[0].partition("(E)")[0] == said[1].replace(since, "").partition("(E)")[0]
+    assert since in said[1] and since not in said[0]
+    file = checker.load(pj.drive.save_episode(path, copies))
+    assert file["premises"][-1][:2] == ["COPIED", "assumed"]
     assert "assumed creep: at most 1 cm" in said[0]
     for some in (env.commitments[:2], copies[:2]):
         bare = lambda *_, some=some: pj.drive.Outcome(False, committed=some)  # noqa: E731

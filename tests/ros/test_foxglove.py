@@ -9,12 +9,15 @@ import tyro
 from covered import covered
 from episodes import driven
 from needs import need
+from toy_models import line_model, told
 
 import parc_jax as pj
 from parc_jax.answer.path import nominal_path
 from parc_jax.app.plot.shapes import corners_of
 from parc_jax.common.errors import InputError
+from parc_jax.learning.system import TURNS
 from sims.ros.foxglove import main, write_mcap
+from sims.ros.way import predicted, way_of
 
 need("rosbags", "mcap_ros2")
 from mcap.reader import make_reader  # noqa: E402
@@ -114,6 +117,25 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     again = read(write_mcap(tmp_path / "again.mcap", done))
     assert again["/statement"][0][1].data == said["/statement"][0][1].data
     assert (tmp_path / "e.mcap").read_bytes() == (tmp_path / "again.mcap").read_bytes()
+
+
+def test_a_path_is_the_robots_own_prediction_and_begins_by_the_clock_of_its_loop(tmp_path):
+    """Of a heading that is off the first way that stands for it was called the prediction."""
+    model = told(line_model(4, 0.01, rests=True), rotation=(TURNS,))
+    loop = pj.drive.Loop(
+        model,
+        0.05,
+        leave=0.5,
+        uncertainty=pj.Uncertainty(heading=0.1),
+        effort=pj.drive.Effort(64, deadline=300.0),
+    )
+    one = loop.step([0.0, 0.0, 0.0], [], [], lambda seen: -seen.path[:, -1, 0], at=5.0).committed
+    _, way, _ = way_of(predicted(one.asked, one.asked.at, one.k), one.asked.pose)
+    assert np.allclose(way[-1, :2], one.k, atol=1e-9)
+    said = read(write_mcap(tmp_path / "e.mcap", [one], begin=100.0))
+    assert said["/plan"][0][0] == 105 * 10**9
+    assert "\nDrawn: one possible run of the model" in said["/statement"][0][1].data
+    assert not np.allclose(places(said["/plan"][0][1])[-1][:2], one.k, atol=1e-3)
 
 
 def test_a_map_is_written_with_its_origin(tmp_path):

@@ -156,7 +156,9 @@ class _PlanCanvas(_Canvas):
             k = zip(model.labels.k, answer.samples[sample][model.n_p :], strict=True)
             words = [f"{name_of(label)} {v:.4g} {unit_of(label)}".rstrip() for label, v in k]
             words += model.claim.evidence.get("not_drawn", ())
-            shown = "prediction of the model" if run is None else "true run"
+            shown = "true run" if run is not None else "prediction of the model"
+            if run is None and answer.scene.nominal.uncertainty is not None:
+                shown = "one possible run of the model"
             caption = f"{model.system or 'plan'}: {shown}, sample {sample}"
             lines = caption, told_under(answer).lstrip(), ", ".join(words)
             self.figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9.5)

@@ -94,6 +94,11 @@ class Choice:
     unchecked: str = ""
 
     def __post_init__(self) -> None:
+        if not self.model.domain.contains(self.k):
+            raise InputError(
+                f"choice: expected a plan with k in {self.model.domain.text}; got "
+                f"{', '.join(map(exact, self.k))}."
+            )
         for runs in filter(None, (self.tested, self.near)):
             if not runs.of or runs.of.scene is not self.scene or runs.of.plan != self.driven.plan:
                 raise InputError(
@@ -215,8 +220,7 @@ class Choice:
         net = fit(train, local, fresh)
         there = bounded_near(net, runs, train, look.delta, local, start, between)
         near = answered_near(query, there, look, self.looks, fresh, settings)
-        near = near.around(self.p0, self.k)
-        return replace(self, near=replace(near, of=self.driven))
+        return replace(self, near=replace(near.around(self.p0, self.k), of=self.driven))
 
     def details(self) -> str:
         """The sentences (D), about the plan to drive and nothing else."""

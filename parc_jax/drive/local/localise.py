@@ -255,9 +255,11 @@ class LocalRuns(SystemRuns):
         return concatenate(self._stream(self.first_row, Stage.TRAIN, "", 0), self.first_row)
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int) -> Iterator[RolloutBatch]:
+        ends = self.box.lo, self.box.hi  # alone: runs are made again by the content of `near`
+
         def near(key: jax.Array):
             # converted in here, where float64 is on: in float32 a small box has few values
-            return uniform(key, *(jnp.asarray(x, jnp.float64) for x in (self.box.lo, self.box.hi)))
+            return uniform(key, *(jnp.asarray(x, jnp.float64) for x in ends))
 
         whole = law_of(self.system)
         law = law_spec(whole.generator, self.box, "uniform", dict(whole.parameters) | {BOX: "N"})

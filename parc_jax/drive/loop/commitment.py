@@ -40,17 +40,21 @@ STOOD = 0.01  # [m] a robot that moves less has stood
 HEADING = "told of no pose: each manoeuvre begins with that of the model's runs"
 START = "not measured: each manoeuvre begins as the model's runs did, whatever was driven before"
 
+COPIED = "it was copied, and no pose outside of its tube was seen since"
+
 
 class Begun(list):
     """What one episode of a loop has under way, when [s] each of its manoeuvres began, and what
-    else is assumed of its robot, by name; of copies nothing is known to be under way.
+    else is assumed of its robot, by name; of copies nothing is known to be under way, nor what was
+    seen of it since.
     """
 
     begins: tuple[Fraction, ...] = ()
     assumed: Mapping[str, Any] = {}
+    copied = False
 
     def __reduce__(self):
-        return type(self), (), vars(self)
+        return type(self), (), vars(self) | {"copied": True}
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +118,10 @@ class Commitment:
 
     @property
     def others_left(self) -> str:
-        """That a robot whose manoeuvre is in its way was seen to leave that, in words; or empty."""
+        """That a robot in its way was seen outside of its tube while it was driven; or empty."""
+        until = next((t for t in self.episode.begins if t > self.begin), self.end)
         others = (getattr(s and s.of, "seen_outside", ()) for s in self.asked.problem.all_spans)
-        seen = [others[0] for others in others if others and others[0] < self.end]
+        seen = [others[0] for others in others if others and others[0] < until]
         return f"a robot in its way left its tube by {exact(min(seen))} s" if seen else ""
 
     def proved(self) -> bool:
@@ -163,7 +168,8 @@ class Commitment:
     @property
     def assumed(self) -> list[str]:
         """What else is assumed of its robot, in words."""
-        return [f"{name}: {text_of(value)}" for name, value in self.episode.assumed.items()]
+        told = [f"{name}: {text_of(value)}" for name, value in self.episode.assumed.items()]
+        return told + [COPIED] * self.episode.copied
 
     @property
     def loop(self) -> str:

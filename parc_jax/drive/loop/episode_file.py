@@ -17,7 +17,7 @@ from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import ASSUMED, MEASURED, assumptions, premises
 from parc_jax.common.said import about_said, most_and_often
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
-from parc_jax.drive.loop.commitment import Commitment, copies_of, require_whole
+from parc_jax.drive.loop.commitment import COPIED, Commitment, copies_of, require_whole
 from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
@@ -86,6 +86,8 @@ def episode_part(
     others += [(name, ASSUMED, value) for name, value in commitments[0].untold.items()]
     if command := commitments[0].command:
         others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
+    if any(one.episode.copied for one in commitments):
+        others.append(("COPIED", ASSUMED, f"of some manoeuvre: {COPIED}"))
     outside = [(i, one.seen_outside[0]) for i, one in enumerate(commitments) if one.seen_outside]
     said = [f"manoeuvres[{i}], by {seconds(at)}: it is none inside the tube" for i, at in outside]
     said += [

@@ -399,5 +399,7 @@ def update(
     alike = f"{ALIKE[:-1]}; tried before an update)"  # of runs alone it cannot be tried again
     some = fresh.seed is not None and {ALIKE, alike}.intersection(claim.assumptions)
     said += (alike,) if some else ()
+    order = about.given and about.unordered(fresh.subject)
+    said += ("ORDER_OF_K(that of the claim before; not all have names)",) if order else ()
     known = {"updated_from": source} | remembered(claim, new)
     return net, derived(new, evidence=known, assumptions=said)

@@ -90,9 +90,9 @@ def check_between(between: Intersample, runs: Any, moves: np.ndarray) -> None:
     """
     if not isinstance(between, Bounded):
         return
-    if "records" in (how := runs.law.cut):  # those of a bag are made between poses
-        told = f"{runs.law.generator}: expected records of where the robot was, for a bound on its"
-        raise InputError(f"{told} motion between them; got {how['records']}. Leave that bound out.")
+    if "records" in (how := runs.law.cut):  # those of bags and tracks are made between places
+        told = f"{runs.law.generator}: expected records of where it was, for a bound on its motion"
+        raise InputError(f"{told} between them; got {how['records']}. Claim without that bound.")
     about, moved = runs.subject, moves[:, between.order - 1]
     h = about.time.dt_record
     over = (moved > between.most(h, about.n_p, len(about.points))).any(axis=1)

@@ -43,6 +43,12 @@ def premises_of(c: "ErrorClaim") -> Premises:
         raise InputError(f"claim: expected fields that a sentence can state; {why}.") from None
 
 
+def about_open_bins(p: Premises) -> list[str]:
+    """That no plan is safe in bins without a claim, a sentence; none where each has one."""
+    told = f"{p['open bins']} bins of K have no claim: no plan there can be shown safe."
+    return [] if p["open bins"].startswith("0 ") else [told]
+
+
 def statement(p: Premises) -> str:
     """The sentences of the premises of a claim."""
     without, of = p["open bins"].split(" of ")

@@ -127,8 +127,7 @@ def _fit_features(
         hidden = jnp.asarray(model.apply(params, xb))
         hidden = jnp.concatenate([hidden, jnp.ones((len(hidden), 1), hidden.dtype)], axis=1)
         # the loss is at its minimum over the last layer: its derivative there is zero
-        last = jax.lax.stop_gradient(_solve_last(hidden, tb))
-        return jnp.mean((hidden @ last - tb) ** 2)
+        return jnp.mean((hidden @ jax.lax.stop_gradient(_solve_last(hidden, tb)) - tb) ** 2)
 
     def step(carry, step_key):
         params, state = carry

@@ -228,7 +228,7 @@ class FreeSpace:
             at_least(f"{CALL} moved", most) for most in np.broadcast_to(moved, 2).tolist()
         )
         turned = at_least(f"{CALL} turned", turned)
-        if self.region.is_empty and self.gone.is_empty:
+        if self.region.is_empty and self.gone.is_empty and self.standing.is_empty:
             return self
         newer = self.newer and self.newer.drifted(place, moved, turned)
         if along == across:

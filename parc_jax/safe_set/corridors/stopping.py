@@ -91,8 +91,7 @@ def largest_share(n: int, out: int, confidence: float, part: int) -> float:
     """Clopper-Pearson bound on a share of which n plans showed `out`, with the part 6 / (pi i)^2 of
     the error probability that look number i has, i = `part` from 1 on. [T31]
     """
-    delta = (1 - confidence) * 6 / (np.pi * part) ** 2
-    return float(clopper_pearson(out, n, delta))
+    return float(clopper_pearson(out, n, (1 - confidence) * 6 / (np.pi * part) ** 2))
 
 
 class Limit:

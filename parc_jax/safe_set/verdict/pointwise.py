@@ -195,8 +195,7 @@ def _away(scene: SceneArrays, path: Path, errors: ErrorSet):
         # both begin earlier where no whole step is left
         return jax.lax.dynamic_update_slice_in_dim(away, some.away(path, errors), i * few, 0)
 
-    far = jnp.full(n, jnp.inf, path.dtype)
-    return jax.lax.fori_loop(0, -(-scene.count // few), look, far)
+    return jax.lax.fori_loop(0, -(-scene.count // few), look, jnp.full(n, jnp.inf, path.dtype))
 
 
 def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
