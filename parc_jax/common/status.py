@@ -72,5 +72,5 @@ class OfRegion(IntEnum):
         """For people. doubt: of plans for all that is uncertain."""
         none = "no plan with this tube"
         none = f"{none} can be shown to withstand what is uncertain" if doubt else none
-        told = "safe plan found", "no safe plan found", f"float64 with margins: {none}"
+        told = "safe plan found", "no safe plan found", f"{none}, in float64"
         return told[self]

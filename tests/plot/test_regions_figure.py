@@ -68,13 +68,13 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     # of the tube too: runs from such a region may reach the goal
     missed = (verdict == OfRegion.UNREACHABLE).sum()
     drawn = regions(answer, table)
-    assert words_of(drawn)[2] == f"float64 with margins: no plan with this tube ({missed})"
+    assert words_of(drawn)[2] == f"no plan with this tube, in float64 ({missed})"
     # a region that misses a goal less its error may have plans: none is shown to withstand it
     known = gap_problem().replace(uncertainty=pj.Uncertainty(goal=0.01))
     about = {"nominal": query(known, answer.model).nominal(), "at": None, "box_of_k": "K"}
     uncertain = SimpleNamespace(**(vars(answer) | {"scene": SimpleNamespace(**about)}))
     drawn = regions(uncertain, table)
-    assert "can be shown to withstand what is uncertain (" in words_of(drawn)[2]
+    assert "can be shown to withstand what is uncertain, in float64 (" in words_of(drawn)[2]
     assert drawn.axes[0].get_title("left").replace("\n", " ").endswith(" for all that is uncertain")
 
 
