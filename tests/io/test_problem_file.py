@@ -101,6 +101,8 @@ WRONG = [
     # what is told of some intervals alone was dropped without them
     ("steps = [0, 3]", "said = 'a gate'", "obstacle 0: expected steps = [first, last] beside said"),
     ("steps = [0, 3]", "at = 12.5", "obstacle 0: expected steps = [first, last] beside at"),
+    ("steps = [0, 3]", "dt = 0.25", "obstacle 0: expected steps = [first, last] beside dt"),
+    ("steps = [0, 3]", "mover = 'a'", "obstacle 0: expected steps = [first, last] beside mover"),
     ("steps = [0, 3]", "steps = [0, 3]\nmover = 1", "obstacle 0: span: mover: expected text"),
     ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
     ("[body]\nradius = 0.1", "", "expected an entry 'body'"),

@@ -9,7 +9,9 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
+from episodes import PATIENT
 from needs import need
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax import checker
@@ -511,6 +513,24 @@ def test_what_is_assumed_is_told_by_whatever_tells_of_its_manoeuvres(model, tmp_
         bare = lambda *_, some=some: pj.drive.Outcome(False, committed=some)  # noqa: E731
         with pytest.raises(pj.InputError, match="expected all that the robot drove; got 2 of 4"):
             pj.drive.drive_episodes(bare, **law)
+
+
+def test_a_shield_beside_a_robot_that_left_its_tube_says_that_nothing_is_certified(model):
+    line, goes = line_model(4, 0.01, rests=True), lambda seen: -seen.path[:, -1, 0]
+    loop = pj.drive.Loop(line, 0.05, leave=0.5, given=(1,), effort=PATIENT)
+    other = loop.step(np.array([9.0, 9.0]), [0.0], [], goes, at=0.0).committed
+    beside = pj.drive.reserved(other, 0.0, model.time)
+
+    def sense(env, seen):
+        return pj.drive.Sensed(seen[:2], seen[2:], *beside)
+
+    env = shielded(Platform(posts=[[5.0, 5.0]]), model, sense=sense)
+    about = env.reset(seed=0)[1]["shield"]
+    assert about["certified_until"] > 0 and about["clearance"] > 1
+    loop.step(np.zeros(2), [0.0], [], goes, at=0.25)
+    about = env.step(AHEAD)[4]["shield"]
+    assert (about["certified_until"], about["clearance"]) == (0.0, -np.inf)
+    assert "left its tube by 0.25 s" in about["reason"]
 
 
 def test_a_vector_environment_tells_of_each_tube_once(model):
