@@ -53,7 +53,9 @@ def sheet(place: Path, cases: list[Case], driven: list) -> None:
         axes, points = figure.add_subplot(rows, COLUMNS, i + 1), c.corners(*one.path.T)
         _scene(axes, case, points)
         _cars(axes, points)
-        axes.set_title(case.name if one.reached else f"{case.name}, not parked", fontsize=8)
+        axes.set_title(
+            case.name if one.reached and one.proved else f"{case.name}, not parked", fontsize=8
+        )
     figure.savefig(place)
 
 

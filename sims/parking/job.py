@@ -135,20 +135,19 @@ def park_all(options: Options, say=print) -> list[Parked]:
         say(row)
         done.append(one)
     parked = sum(one.reached and one.proved for one in done)
-    touched = sum(one.touched for one in done)
+    touched, left = (sum(getattr(one, name) for one in done) for name in ("touched", "left"))
     nearest = np.floor(min(100 * one.clearance for one in done))
     across, turned = options.within
     say(
         f"\n{parked} of {len(done)} parked, within {100 * across:g} cm and {turned:g} degrees, "
         f"poses known within {100 * options.start:g} cm and "
-        f"{np.degrees(options.heading):g} degrees; {touched} touched anything, "
+        f"{np.degrees(options.heading):g} degrees; {touched} touched anything, {left} left a tube, "
         f"nearest {nearest:.0f} cm. Times are driven: none to plan, which takes "
         f"{1e3 * max(one.thought for one in done):.0f} ms at most while a car rolls."
     )
     say(f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json")
-    rows = [
-        {"reached": one.reached, "seconds": one.seconds, "off": one.off.tolist()} for one in done
-    ]
+    told = ("reached", "proved", "touched", "left", "clearance", "why", "seconds")
+    rows = [{name: getattr(one, name) for name in told} | {"off": one.off.tolist()} for one in done]
     options.out.mkdir(parents=True, exist_ok=True)
     sheet(options.out / "cases.png", [case(number, options.file) for number in listed], done)
     (options.out / "cases.json").write_text(
@@ -158,5 +157,5 @@ def park_all(options: Options, say=print) -> list[Parked]:
 
 
 def good(done: list[Parked]) -> bool:
-    """Are all parked, proved, and without a contact?"""
-    return bool(np.all([one.reached and one.proved and not one.touched for one in done]))
+    """Are all parked, proved, without a contact and inside their tubes?"""
+    return all(one.reached and one.proved and not (one.touched or one.left) for one in done)

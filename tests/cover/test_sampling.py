@@ -6,15 +6,17 @@ import jax
 import numpy as np
 import pytest
 from scipy.stats import kstest
-from toy_models import line_model, toy_case
+from toy_models import line_model, told, toy_case
 
 from parc_jax.common.keys import generator
 from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.tube import tube
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.corridors.polytope import cell_of
 from parc_jax.safe_set.corridors.polytopes import groups
 from parc_jax.safe_set.corridors.sampling import (
     draw,
+    ends_of,
     points,
 )
 from parc_jax.safe_set.verdict.pointwise import verdicts
@@ -34,6 +36,24 @@ def test_draws_are_uniform_over_k_and_the_goals_box(rng):
     assert (
         np.abs(np.corrcoef(np.concatenate([seen.safe.k, end], axis=1).T) - np.eye(4)).max() < 0.08
     )
+
+
+@pytest.mark.parametrize(
+    ("lo", "hi"), [((0.5, -1), (1, 1)), ((0.5, 0.75), (1, 1)), ((-1, -1), (-0.5, 0.5))]
+)
+def test_a_part_of_k_has_no_plan_in_bins_beside_it(lo, hi):
+    """Of two axes with a bin below each, volumes below nothing made one: its k were beside."""
+    model, half = line_model(4, 0.0), np.array([-1.0, 0.0, 1.0])
+    own = model.tube
+    wide, final = (np.repeat(x, 4, axis=0) for x in (own.interval, own.final))
+    model = told(model, tube=tube([half, half], wide, final, 1))
+    scene = scene_of(reach_avoid(box([-0.5, 1, -9], [0.5, 2, 9]), [], 0.1), model)
+    scene = scene.replace(k_lo=np.array(lo, float), k_hi=np.array(hi, float))
+    ends = ends_of(scene)
+    assert (ends.volume >= 0).all()
+    assert ends.volume.sum() == pytest.approx(np.prod(np.subtract(hi, lo)))
+    some = ends.volume > 0
+    assert (ends.k_lo[some] >= lo).all() and (ends.k_hi[some] <= hi).all()
 
 
 @pytest.mark.slow

@@ -5,6 +5,8 @@ and its file accepted; at night all of them.
 import json
 import re
 import shutil
+import sys
+from dataclasses import replace
 from itertools import product
 
 import jax
@@ -37,7 +39,8 @@ from sims.parking import (
     space,
     turned,
 )
-from sims.parking.job import Options, park, park_all
+from sims.parking.drive import Parked
+from sims.parking.job import Options, job, park, park_all
 from sims.parking.way import Way, lasts
 from tests.helpers.compilations import compiled_by
 
@@ -492,6 +495,32 @@ def test_another_search_looks_for_the_place_where_the_car_is():
     searcher = guide.Guide(cases.case(10))
     assert searcher.search([9.48, -22.78, -5.58]) is not None
     assert guide.BUDGET - searcher.budget < 500  # poses
+
+
+@pytest.mark.parametrize(
+    ("changed", "good"),
+    [
+        ({}, True),
+        ({"proved": False}, False),
+        ({"clearance": 0.0}, False),
+        ({"left": True}, False),
+        ({"reached": False, "why": "no plan"}, False),
+    ],
+)
+def test_all_that_came_of_a_case_is_in_the_json_and_in_the_exit_code(
+    changed, good, tmp_path, monkeypatch, capsys
+):
+    path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    came = Parked(
+        True, True, "", 0.1, 1, 0, 9.0, np.zeros(3), 1.0, 0.0, False, [], path, np.zeros(2)
+    )
+    one, module = replace(came, **changed), sys.modules[job.__module__]
+    monkeypatch.setattr(module, "park", lambda number, _: (one, "| row |"))
+    monkeypatch.setattr(module, "sheet", lambda *_: None)
+    assert job(case=(8,), out=tmp_path, json=True) == int(not good)
+    told = json.loads(capsys.readouterr().out)["8"]
+    names = ("reached", "proved", "touched", "left", "clearance", "why")
+    assert {name: told[name] for name in names} == {name: getattr(one, name) for name in names}
 
 
 @pytest.mark.slow

@@ -33,7 +33,8 @@ class BinEnds(NamedTuple):
 def ends_of(scene: Scene) -> BinEnds:
     """The ends that the goal of a scene allows, and the part of each bin that it asks for."""
     k_lo, k_hi, least, most = once(scene.model.tube, _about)
-    k_lo, k_hi = np.maximum(k_lo, scene.k_lo), np.maximum(np.minimum(k_hi, scene.k_hi), k_lo)
+    k_lo = np.maximum(k_lo, scene.k_lo)
+    k_hi = np.maximum(np.minimum(k_hi, scene.k_hi), k_lo)
     z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
     with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
         ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
@@ -43,8 +44,7 @@ def ends_of(scene: Scene) -> BinEnds:
 def _about(tube: Tube) -> tuple:
     """The part independent of the scene: corners of the bins, extent of the errors at the end."""
     boxes = [tube.bin_box(b) for b in range(tube.n_bins)]
-    corners = [np.array(side) for side in zip(*boxes, strict=True)]
-    return *corners, *tube.end_extent
+    return *map(np.array, zip(*boxes, strict=True)), *tube.end_extent
 
 
 NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
