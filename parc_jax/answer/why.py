@@ -289,7 +289,7 @@ def _next(scene: Scene, both: list[_Side], missing: float, bare: float, tube: st
     if taken >= missing > 0:
         share = f"{rounded_up(100 * missing / taken)} %"
         now = f" than {probability(p['eps'], 2)}" if "eps" in p else ""
-        bins = "more bins of K, " * (scene.model.claim.bin_eps is None)  # else less runs in each
+        bins = "more bins of K, " * ("blocks" not in p)  # else less runs in each
         ways = f"{bins}a better network by more runs, or a larger eps{now}"
         # the direction that separates changes with the tube, so the room that it takes is convex
         steps.append(f"a {tube} narrower by {share} at least ({ways})")
