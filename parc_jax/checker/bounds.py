@@ -85,5 +85,4 @@ def line(lo, hi, scale):
     if hi <= 0:
         return 0, 0, 0
     above = -(-(hi << LINE_BITS) // (hi - lo))
-    height = -(above * lo // scale)
-    return int(hi > -lo), above, height
+    return int(hi > -lo), above, -(above * lo // scale)

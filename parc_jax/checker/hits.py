@@ -76,8 +76,7 @@ def only_touch(context, part, contacts, bins, t, alpha):
     """
     if 0 < alpha < 1:
         return True
-    s = t + int(alpha)
-    return all(fits_knot(context, part, contact, bins, s) for contact in contacts)
+    return all(fits_knot(context, part, contact, bins, t + int(alpha)) for contact in contacts)
 
 
 def hit(context, what, bins):

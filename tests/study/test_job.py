@@ -8,13 +8,14 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+import toy_query
 
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.app.cli import main
 from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.files.answer_file import load_answer
-from parc_jax.app.study.report import _replayed, explained
+from parc_jax.app.study.report import Studied, _replayed, explained, report
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import measure, pipeline
@@ -83,6 +84,17 @@ def test_runs_made_again_are_told_however_often_a_plan_was_run():
         said = "\n".join(_replayed(told, "at most 0.1"))
         assert "assume" in said and "WORKERS_LOST(2, independent of the run)" in said
         assert "LOST" not in "\n".join(_replayed(told | {"lost": 0}, "at most 0.1"))
+
+
+@pytest.mark.slow
+def test_the_end_of_a_run_says_how_often_a_new_run_of_its_plan_fails(tmp_path):
+    driven = {"plan": [0.5, -0.25, 0.75, -0.5], "runs": 1000, "failures": 2}
+    driven |= {"sure": "0.9995", "at_most": "0.013"}
+    told = report(
+        Studied(toy_query.answer(), None, None, None, {"replay": None, "driven": driven}), tmp_path
+    )
+    assert "; 2 of 1,000 fresh runs failed: with confidence 0.9995 a new one does" in told
+    assert "with probability <= 0.013." in told
 
 
 def test_a_plan_of_another_scene_is_not_explained_beside_an_answer(finished, tmp_path):

@@ -20,6 +20,7 @@ from parc_jax.app.study.report import figures as draw_figures
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import key_of
+from parc_jax.common.spelling import rounded_up
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local, key_of_trial
 from parc_jax.drive.local.validate import validated
@@ -195,11 +196,12 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
     near = chosen.near
     if near.answer is not None:
         near.answer.save(out / "near.json")
-    tested = {"runs": chosen.tested.n, "failures": chosen.tested.failures}
+    made = chosen.tested
+    tested = {"runs": made.n, "failures": made.failures, "sure": made.look.sure}
+    tested |= {"at_most": rounded_up(made.eps)}
     shares = {"share_of_k": float(near.share), "proved_share_of_near": float(near.held)}
     widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
-    said = {"plan": chosen.plan.tolist(), "statement": chosen.details()}
-    return said | tested | shares | widths
+    return {"plan": chosen.plan.tolist(), "statement": chosen.details()} | tested | shares | widths
 
 
 def finish(out: Path, metrics: dict) -> dict:

@@ -45,11 +45,12 @@ def report(outcome: Studied, out: Path) -> str:
     lines = ["", *said_of(answer).split("\n")]
     if m["replay"] is not None:
         lines += _replayed(m["replay"], in_short(answer.model.claim))
-    if m.get("driven") is not None:
-        d = m["driven"]
+    if d := m.get("driven"):
         numbers = zip((*answer.model.labels.p, *answer.model.labels.k), d["plan"], strict=True)
         plan = ", ".join(f"{name} = {exact(x)}" for name, x in numbers)
-        lines.append(f"To drive: {plan}; {d['failures']:,} of {d['runs']:,} fresh runs failed.")
+        sure = f"with confidence {d['sure']} a new one does with probability <= {d['at_most']}"
+        seen = f"{d['failures']:,} of {d['runs']:,} fresh runs failed"
+        lines.append(f"To drive: {plan}; {seen}: {sure}.")
     left = [f"{what} ({why})" for what, why in m.get("not_made", {}).items()]
     lines += [f"Not made: {', '.join(left)}."] * bool(left)
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
@@ -64,8 +65,7 @@ def said_of(answer: Answer) -> str:
 
 def in_the_way(answer: Answer, words: str = "") -> list[str]:
     """The obstacles in the way, a line each, if few or no plans are safe; less those in `words`."""
-    share = answer.share
-    if answer.status.found and (share is None or share.share >= SMALL):
+    if answer.status.found and (answer.share is None or answer.share.share >= SMALL):
         return []
     return [line for line in answer.why().sentences if line[1:] not in words]
 
