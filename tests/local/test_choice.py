@@ -320,6 +320,7 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)
 
 
+@pytest.mark.slow  # programs of its own
 def test_runs_near_a_plan_are_made_by_an_executor_too():
     """Its state is none of the law of these runs: the system was said to have changed."""
 
