@@ -121,7 +121,7 @@ class Commitment:
         """That a robot in its way was seen outside of its tube while it was driven; or empty."""
         until = next((t for t in self.episode.begins if t > self.begin), self.end)
         others = (getattr(s and s.of, "seen_outside", ()) for s in self.asked.problem.all_spans)
-        seen = [others[0] for others in others if others and others[0] < until]
+        seen = [others[0] for others in others if others and others[0] <= until]
         return f"a robot in its way left its tube by {exact(min(seen))} s" if seen else ""
 
     def proved(self) -> bool:
