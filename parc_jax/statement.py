@@ -180,9 +180,7 @@ def about_coverage(coverage: Coverage, part: str = "the safe set") -> str:
 
 def all_plans(from_here: bool, box: str) -> str:
     """The plans that a share is of. from_here: all have one start. box: of k."""
-    if from_here:
-        return f"all k in {box}"
-    return IN_THE_BOX.replace("plans", f"plans{in_box(box)}", 1)
+    return f"all k in {box}" if from_here else IN_THE_BOX.replace("plans", f"plans{in_box(box)}", 1)
 
 
 def about_share(

@@ -75,9 +75,7 @@ class Leaves:
         need(served, f"a {name} leaf fails at one of its vertices")
 
     def _whatever_k(self, option):
-        """Conditions on z alone that make those of an option hold for every k in the box; p0 is
-        z - c_T.
-        """
+        """Conditions on z alone that make an option's hold for every k in the box; p0 = z - c_T."""
         found = []
         for asked in option:
             row = [0] * self.context.n_outputs

@@ -7,12 +7,14 @@ import jax
 import numpy as np
 import pytest
 import toy_query
+from episodes import driven
 from toy_file import hashed, save, toy_file
 from toy_models import model_of
 
 import parc_jax as pj
 from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
+from parc_jax.checker import check_answer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import derived
 from parc_jax.proof.certificate.write import part_hash
@@ -203,3 +205,12 @@ def test_what_contradicts_itself_is_refused_though_its_hashes_fit(answer, tmp_pa
     other = replace(answer, scene=answer.scene.under(model)).save(tmp_path / "copies.json")
     with pytest.raises(InputError, match="and fits its claim"):
         load_answer(other)
+
+
+def test_the_certificate_of_one_manoeuvre_is_no_set_of_plans(tmp_path):
+    """It ended in a KeyError; `explain`, `plot` and `header` read by this."""
+    place = tmp_path / "one.json"
+    place.write_text(json.dumps(driven(False, 1)[0].certificate()))
+    assert check_answer(json.loads(place.read_text())).samples == 1
+    with pytest.raises(InputError, match=r"expected a set of plans.*one plan's certificate"):
+        load_answer(place)

@@ -15,7 +15,7 @@ from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import from_box
 from parc_jax.drive.loop.candidates import even_candidates, outlook
-from parc_jax.drive.loop.episode_file import episode_part
+from parc_jax.drive.loop.episode_file import episode_of, episode_part
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube
@@ -358,6 +358,8 @@ def test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_uncertainty():
         committed = loop.step([0.3, 0.1, 0.5], [0.0], [], forward).committed
         far.append(committed.k[0])
         assert committed.proved()
+        read = episode_of(json.loads(json.dumps(episode_part([committed]))), "test")
+        assert read.copies == (1 if uncertainty is None else 3)  # pictures say that it is spread
     assert far[0] > 0.99 and 0.45 < far[1] <= 0.1 / np.sin(0.2)
 
 

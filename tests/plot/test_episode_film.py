@@ -12,6 +12,7 @@ from episodes import driven
 from parc_jax.app import figures
 from parc_jax.app.plot import film
 from parc_jax.app.plot.episode import Stage
+from parc_jax.app.plot.page import episode_data
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_of, episode_part
 
@@ -59,8 +60,13 @@ def test_what_it_may_reach_is_drawn_and_named_from_its_stated_pose(known, tmp_pa
     (outline,) = one.predicted(one.begin)
     beside = outline - [one.path.tube[0, 0, 0] + 0.01, 0.0]
     assert covered(outline, one.tube).all() and not covered(beside, one.tube).all()
-    labels = [handle.get_label() for handle in film._episode_handles(None)]
+    labels = [handle.get_label() for handle in film._episode_handles(None, known.copies)]
     assert "may reach from its stated pose, in the tube" in labels
+    assert not any("spread" in label for label in labels)
+    (robot, *_) = film._episode_handles(None, 3)
+    assert robot.get_label() == "robot, as predicted, spread by what is uncertain of its motion"
     figures.write_page(known, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert "all that it may reach from its stated pose inside the tube" in page
+    assert not episode_data(Stage(known, None))["doubt"]
+    assert episode_data(Stage(known._replace(copies=3), None))["doubt"]

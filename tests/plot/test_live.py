@@ -418,7 +418,11 @@ def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog)
             Told.changed.clear()
         return page.told
 
-    assert "safe plans" in until("measured in")
+    assert "safe plans" in until("measured in") and "possible run" not in page.told
+    page.live.off["pose"] = 0.01  # as its slider sets it
+    page.move("obstacle 0", [0.7, -0.7])
+    assert "m clear; lines are of one possible run" in until("possible run")
+    page.live.off["pose"] = 0.0
     for broken in ("settle", "draw"):
         with monkeypatch.context() as patched:
             patched.setattr(page.live, broken, lambda *_: np.zeros(2) @ np.zeros(3))

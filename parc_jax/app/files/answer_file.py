@@ -104,6 +104,11 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
     """What a file says beside its proof. Raises InputError where that was edited, or contradicts
     the claim: a heading without `rotation`, several realisations without an uncertainty.
     """
+    if "counts" not in part:
+        raise InputError(
+            "answer: expected a set of plans, from `Answer.save`; got one plan's certificate: "
+            "`parc-jax check` says what it proves."
+        )
     told = {name: value for name, value in part.items() if name != "hash"}
     turned = told.get("pose", [None])[-1] is not None and model.rotation is None
     copies = "network_of_runs" in model.claim.evidence and "doubt" not in told
@@ -116,9 +121,7 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
 
 
 def _require_shares(cover: Cover, known: bool) -> None:
-    """Refuse counts and shares that no search ends with. known: so is the end that it had. Raises
-    InputError.
-    """
+    """Refuse counts and shares that no search ends with. known: so is its end."""
     (drawn, reaching, safe, volume), c = cover[:4], cover.coverage
     known &= 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
     known &= 0 <= c.fresh_uncovered <= c.fresh_safe and 0 <= safe <= reaching <= drawn

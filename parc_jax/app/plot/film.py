@@ -284,7 +284,7 @@ class _EpisodeCanvas(_Canvas):
         style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
         ax.set_axis_off()
         ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}{stage.left}")
-        style.legend(self.figure, _episode_handles(stage.truth), 2)
+        style.legend(self.figure, _episode_handles(stage.truth, stage.driven.copies), 2)
 
     def _draw_free(self, ax, t: float) -> None:
         """The last free region observed by then."""
@@ -297,9 +297,10 @@ class _EpisodeCanvas(_Canvas):
             ax.add_patch(PathPatch(outline, facecolor=FREE, edgecolor="none"))
 
 
-def _episode_handles(truth: Truth | None) -> list:
+def _episode_handles(truth: Truth | None, copies: int) -> list:
+    spread = ", spread by what is uncertain of its motion" * (copies > 1)
     entries = [
-        style.patch("robot" if truth else "robot, as predicted", color=style.BLUE),
+        style.patch(f"robot{'' if truth else ', as predicted'}{spread}", color=style.BLUE),
         style.patch("may reach from its stated pose, in the tube", color=style.TUBE),
         style.patch("where it would rest", facecolor="none", edgecolor=style.BLUE),
         style.patch("obstacles of the proof", color=style.OBSTACLE),

@@ -272,6 +272,7 @@ def episode_data(stage: Stage) -> dict:
         "lo": lo.tolist(),
         "hi": hi.tolist(),
         "true": stage.truth is not None,
+        "doubt": stage.driven.copies > 1,
         "left": " Some tube was left: see the statement." if stage.left else "",
         "moments": [
             {"time": float(now.time), "number": now.number}

@@ -283,6 +283,4 @@ def _narrowing(whole: Tube, local: Tube, box: Box) -> tuple[float, float]:
 def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:
     if not np.isfinite(wide).all():
         return float("inf")
-    if not np.isfinite(narrow).all():
-        return 0.0
-    return float(np.exp(np.mean(np.log(wide / narrow))))
+    return 0.0 if not np.isfinite(narrow).all() else float(np.exp(np.mean(np.log(wide / narrow))))

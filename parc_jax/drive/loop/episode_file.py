@@ -129,13 +129,14 @@ class Manoeuvre(NamedTuple):
 
 class Episode(NamedTuple):
     """An episode of a file. model: of the nominal problems. statement: proofs and assumptions.
-    meta: of the file, unchecked.
+    meta: of the file, unchecked. copies: of each point, for what is uncertain of its motion.
     """
 
     model: TrajectoryModel
     manoeuvres: tuple[Manoeuvre, ...]
     statement: str
     meta: Any = None
+    copies: int = 1
 
 
 def load_episode(path: str | Path) -> Episode:
@@ -166,4 +167,4 @@ def episode_of(data: dict, name: str) -> Episode:
             problem = problem_of_file(entry["problem"])
             manoeuvres.append(Manoeuvre(number(entry["begin"]), pose, problem, p0, k))
     statement = "\n".join(summary_of_episode(report))
-    return Episode(model, tuple(manoeuvres), statement, data.get("meta"))
+    return Episode(model, tuple(manoeuvres), statement, data.get("meta"), data["copies"])

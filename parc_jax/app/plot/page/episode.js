@@ -83,6 +83,7 @@ function readAddress() {
 
 $("title").textContent = `${data.name}: an episode`;
 document.body.classList.add(data.true ? "true" : "predicted");
+document.body.classList.toggle("doubt", data.doubt);
 $("statement").textContent = data.statement;
 readAddress();
 document.body.dataset.ready = "1";
