@@ -122,14 +122,16 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None, model: Traject
     )
 
 
-def about_file(found: bool, robust: bool, pose: bool, rests: bool) -> str:
+def about_file(found: bool, robust: bool, pose: bool, rests: bool, part: bool) -> str:
     """What the checker of a file does not see, of an answer with plans (found), an uncertainty, a
-    pose in the world or a moment of the clock, and obstacles that rest on more; empty for nothing.
+    pose in the world or a moment of the clock, obstacles that rest on more, and a part of K; empty
+    for nothing.
     """
     words = {
         "how much of the safe set is covered, its share of all plans, the risk that rests on it, "
         "and what was looked at before": found,
         "what obstacles rest on": rests,
+        "the part of K that was asked for": part,
         "the uncertainty that the scene allows for": robust,
         "the place of the robot's frame in the world, and the moment when a plan begins": pose,
     }

@@ -324,7 +324,7 @@ def answer_data(answer: Answer, polytopes: Polytopes | None = None) -> dict:
         "volume_of_all": cover.total_volume,
         "coverage": cover.coverage._asdict(),
     }
-    spans = [s and (s.dt, s.at, s.said, s.mover, s.loop) for s in answer.problem.all_spans]
+    spans = [s and (s.dt, s.at, s.said, s.mover, s.told_loop) for s in answer.problem.all_spans]
     edges = [o.written if isinstance(o, Edge) else None for o in answer.problem.obstacles]
     optional = {
         "rests_on": resting_on(asked) or None,

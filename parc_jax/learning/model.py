@@ -135,7 +135,8 @@ class TrajectoryModel:
         return replace(self, claim=derived(self.claim, subject=about, assumptions=(*told,)))
 
     def save(self, path) -> Path:
-        """Write one .npz; it appears complete or not at all."""
+        """Write one .npz; it appears complete or not at all. Raises InputError as `check_model`."""
+        check_model(self)
         meta = {"format": FORMAT, "claim": self.claim.to_json()}
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}

@@ -61,12 +61,21 @@ class Span(tuple):
         """`said`, or a sentence about `of`; empty for nothing."""
         if not self.loop:
             return self.said
-        return f"That a robot is in the way rests on its manoeuvre, of a loop ({self.loop})."
+        told = (
+            "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear "
+        )
+        return f"{told}of this plan, of a loop ({self.loop})."
 
     @property
     def loop(self) -> str:
         """The loop of `of`, by its content; empty without one."""
         return "" if self.of is None else getattr(self.of, "loop", self.of)
+
+    @property
+    def told_loop(self) -> str:
+        """`loop` for a file, with why that is over, if it is: a file does not see it later."""
+        over = "" if isinstance(self.of, str) else self.void
+        return f"{self.loop}; not any more: what is in the way {over}" if over else self.loop
 
     @property
     def void(self) -> str:

@@ -66,8 +66,8 @@ def job(
     quiet: bool = False,
     json: bool = False,
 ) -> int:
-    """Park cases that come along. Returns 0 when all are parked and nothing was touched, else 1.
-    Raises InputError.
+    """Park cases that come along. Returns 0 when all are parked, as proved, nothing was touched
+    and no tube left, else 1. Raises InputError.
     """
     options = Options(case=case, model=model, out=out, film=figures, seed=seed)
     done = park_all(options, say=(lambda *_: None) if quiet or json else print)

@@ -42,10 +42,11 @@ from parc_jax.problem.problem import Problem
 from parc_jax.problem.world.grid_map import GridMap, load_map
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from sims.ros.messages import PATH, Line, Messages, mcap
-from sims.ros.way import way_of
+from sims.ros.way import drawn_of, way_of
 
 LINES, TRIANGLES = 5, 11  # kinds of markers: LINE_LIST, TRIANGLE_LIST
 THIN = 0.01  # [m] width of lines
+LAST = 2**31  # [s] seconds of a stamp are an int32
 DARK, GREEN = (0.25, 0.25, 0.25, 1.0), (0.0, 0.62, 0.45, 0.35)
 BLUE, LIGHT = (0.0, 0.45, 0.7, 1.0), (0.34, 0.71, 0.91, 0.35)
 
@@ -76,8 +77,7 @@ def write_mcap(
     path = Path(path)
     if path.suffix != ".mcap":
         raise InputError(f"write_mcap: expected a file that ends in .mcap; got {path.name}.")
-    if not (np.isfinite(begin) and begin >= 0):
-        raise InputError(f"write_mcap: expected begin >= 0 s; got {begin!r:.40}.")
+    _require_stamps(begin, begin)
     source, says, start = _read(source), Messages(frame), round(begin * 1e9)
     if isinstance(source, Answer):
         lines = _answered(says, source, plan, start)
@@ -86,6 +86,15 @@ def write_mcap(
     if grid is not None:
         lines.append(says.grid(start, grid))
     return write_atomic(path, mcap(says, lines))
+
+
+def _require_stamps(first: float, last: float) -> None:
+    """Raises InputError for seconds that stamps of ROS have no room for."""
+    if not 0 <= first <= last < LAST:
+        raise InputError(
+            f"write_mcap: expected stamps from 0 to below {LAST:,} s, the loop's clock from begin "
+            f"on; got {first:g} to {last:g} s."
+        )
 
 
 def _read(source) -> Answer | Episode:
@@ -111,12 +120,6 @@ def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
         return lines + _scene(says, answer.problem, model, pose, near, start, None)
     begun = Manoeuvre(Fraction(0), pose, answer.problem, chosen[:n_p], chosen[n_p:])
     return lines + _manoeuvre(says, model, begun, start, None)
-
-
-def drawn_of(model: TrajectoryModel) -> str:
-    """What the drawn path is, to follow a statement, where it is not the robot's prediction."""
-    copies = "network_of_runs" in model.claim.evidence
-    return "\nDrawn: one possible run of the model, of those that are uncertain." * copies
 
 
 def _plan(answer: Answer, plan) -> np.ndarray | None:
@@ -165,6 +168,7 @@ def _manoeuvre(
     parts = numbered(one.problem.body, model.points)
     seconds, places, turned = way_of(path, one.pose)
     times = start + np.round(seconds * 1e9).astype(np.int64)
+    _require_stamps(start / 1e9, float(times[-1]) / 1e9)
     swept = in_world(tube_triangles(parts, path.places, path.tube), one.pose)
     lines = _scene(says, one.problem, model, one.pose, path.places, start, until, whole)
     lines += [

@@ -18,7 +18,7 @@ from parc_jax.learning.model import TrajectoryModel, load
 from parc_jax.problem.world.outlines import read_footprint
 from sims.driving import Driving
 from sims.pilot import Pilot
-from sims.ros.way import predicted, way_of
+from sims.ros.way import drawn_of, model_of, predicted, way_of
 
 try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
@@ -117,7 +117,8 @@ class PilotNode(Node):
             self.manoeuvre.publish(_parameters(self.pilot.model, one))
             way = way_of(predicted(one.asked, one.asked.at, one.k), one.asked.pose)
             self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
-        self.statement.publish(String(data=self.pilot.statement(step)))
+        shown = drawn_of(model_of(step.committed.asked)) if step.new else ""
+        self.statement.publish(String(data=self.pilot.statement(step) + shown))
         if not self.episode:
             self.pilot.driven.clear()  # without a file they would only fill memory
 
@@ -138,6 +139,7 @@ class PilotNode(Node):
             self.statement.publish(String(data=f"No plan: {error}"))
             return response
         said = f"{answer.details()}\nAssumed: {self.pilot.assumed}."
+        said += drawn_of(model_of(answer.scene.nominal))
         self.statement.publish(String(data=said))
         if answer.status is Status.PROVED and len(answer.samples):
             plan, n_p = answer.samples[0], answer.model.n_p

@@ -4,16 +4,28 @@ import numpy as np
 
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.app.plot.shapes import in_world
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.problem.robust.nominal import NominalProblem
 from parc_jax.problem.robust.pose import Pose
 
 
-def predicted(asked: NominalProblem, p0: np.ndarray, k: np.ndarray) -> NominalPath:
-    """The robot's own prediction of a plan; of one way to execute it where k is not all of its own,
-    or a file has the ways that stand for what is uncertain alone.
+def model_of(asked: NominalProblem) -> TrajectoryModel:
+    """The model whose path is shown: the robot's own; of the ways that stand for what is uncertain
+    where plans choose not all of its k, or a file has no other.
     """
     own = asked.told.model
-    return nominal_path(own if own.n_k == len(k) else asked.model, p0, k)
+    return own if own.n_k == asked.model.n_k else asked.model
+
+
+def drawn_of(model: TrajectoryModel) -> str:
+    """What a shown path is, to follow a statement, where it is not the robot's prediction."""
+    copies = "network_of_runs" in model.claim.evidence
+    return "\nDrawn: one possible run of the model, of those that are uncertain." * copies
+
+
+def predicted(asked: NominalProblem, p0: np.ndarray, k: np.ndarray) -> NominalPath:
+    """The prediction of a plan that is shown, of `model_of`."""
+    return nominal_path(model_of(asked), p0, k)
 
 
 def way_of(path: NominalPath, pose: Pose | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -74,6 +74,7 @@ def test_an_answer_with_k_from_a_part_of_K_says_so_everywhere_and_in_its_file(tm
     assert held[:, 2].max() <= 0.0 and answer().sample(jax.random.PRNGKey(0), 200)[:, 2].max() > 0.0
     again = load_answer(one.save(tmp_path / "part.json"))
     assert (again.sample(jax.random.PRNGKey(0), 200) == held).all()
+    assert "the part of K that was asked for" in again.unchecked and not one.unchecked
     for each in (one, again):
         assert (
             f"% of the model's safe set under an assumed tube with k in {PART} (confidence"

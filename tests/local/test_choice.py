@@ -4,6 +4,7 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +26,7 @@ from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, require
 from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.law import law_of
+from parc_jax.problem.problem import Span
 
 pytestmark = pytest.mark.soundness
 
@@ -282,6 +284,19 @@ def test_bad_questions_cost_no_look(ask, match):
     with pytest.raises(InputError, match=match):
         ask(fresh, plant(toy.gusty, toy.T))
     assert fresh.looks.taken == 0
+
+
+def test_a_plan_beside_a_robot_that_left_is_not_localised_and_costs_no_look(chosen):
+    """Runs and look were spent before it was refused."""
+    left = SimpleNamespace(under_way=False, number=0, loop="a platform", seen_outside=())
+    looks, nominal = toy.answer().choose().looks, chosen.scene.nominal
+    beside = nominal.query.problem.replace(spans=[Span((0, 3), of=left)])
+    nominal = replace(nominal, query=replace(nominal.query, problem=beside))
+    with pytest.raises(InputError, match="made for number 0 of a robot that has left that since"):
+        replace(chosen, scene=replace(chosen.scene, nominal=nominal), looks=looks).localise(
+            plant(toy.gusty, toy.T), KEY, SMALL
+        )
+    assert looks.taken == 0
 
 
 def test_a_model_of_another_system_is_refused(chosen):

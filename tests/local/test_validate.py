@@ -229,6 +229,12 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     assert step.n >= accepted.n and "picked by hand or by a search, of another scene" in said
     assert "% of the plans whose first point ends in the goal" in validation.summary()
     assert validation.summary() in answer.summary()
+    step = pj.learning.time_grid(0.1, 1.2, 0.05)
+    with pytest.raises(InputError, match="expected a claim about all of K; this one is about one"):
+        pj.problem.mover_obstacles(validated.model, [], 0.4, step, 0.0)  # took it for a tube
+    with pytest.raises(InputError, match="expected a claim about all of K; this one is about one"):
+        validated.model.save(tmp_path / "validated.npz")  # nobody could read it
+    assert not (tmp_path / "validated.npz").exists()
     again = load_answer(validated.save(tmp_path / "validated.json"))
     assert (
         again.details().startswith(validated.details()) and again.model.claim.hash == accepted.hash

@@ -21,6 +21,10 @@ from parc_jax.problem.world.movers import mover_obstacles, see_mover
 
 pytestmark = pytest.mark.soundness
 RADIUS, OFF = 0.05, 0.01  # [m] of the body, and of the uncertainty of its place
+RESTS = (
+    "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear of this "
+    "plan, of a loop ("
+)
 SIDES = 2 * np.pi / 16 * np.arange(16)
 RIM = RADIUS * np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)
 
@@ -124,6 +128,30 @@ def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_
     assert not done.contradictions and done.left == 1
 
 
+def test_a_robot_in_the_way_that_left_its_next_tube_is_told_too(tmp_path):
+    """It replans beside this manoeuvre: outside of what it drives then it may be here as well."""
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
+    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
+    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
+    obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
+    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
+    obstacles, spans = pj.drive.reserved(one, 0.5, model.time)
+    there = np.array([0.5 * other.k[0], 0.6])
+    assert loop.step(there, [0.0], obstacles, goes, at=0.5, spans=spans).new
+    assert "m clear>" in repr(one) and not beside.go_on("").reason
+    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=0.75).left
+    words = "a robot in its way left its tube by 0.75 s"
+    assert repr(one).endswith(f", {words}>") and words in beside.go_on("").reason
+    report = checker.check_episode(
+        checker.load(pj.drive.save_episode(tmp_path / "one.json", [one])), allowance_of
+    )
+    assert report.premises[-1] == ["TUBE_LEFT", "measured", [f"manoeuvres[0]: {words}"]]
+    drive = lambda *_: pj.drive.Outcome(True, False, {}, [one], 0.8)  # noqa: E731
+    done = pj.drive.drive_episodes(drive, lambda _: 0, jax.random.key(0), 1, workers=0, quiet=True)
+    assert not done.contradictions and done.left == 1
+
+
 @pytest.mark.parametrize("seen_at", [0.5, 0.75])
 def test_what_was_left_for_another_manoeuvre_before_is_told_as_it_was(seen_at):
     """A sighting after that made no contradiction of a touch that it cannot explain; by one at the
@@ -194,7 +222,7 @@ def test_robots_whose_poses_drifted_share_no_frame():
         assert at == 2.0 or step(loop, 2.0).new
 
 
-def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
+def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on(tmp_path):
     model = line_model(4, 0.01, rests=True)
     loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
     one = loop.step(np.zeros(2), [0.1], (), lambda seen: -seen.path[:, -1, 0], at=0.0).committed
@@ -202,7 +230,7 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
         obstacles, spans = pj.drive.reserved(one, later, model.time)
         asked = pj.reach_avoid(pj.box([-5.0] * 3, [5.0] * 3), obstacles, RADIUS, spans=spans)
         answer = pj.Planner(model).solve(asked, jax.random.PRNGKey(0), pj.Settings.fast())
-        assert f"rests on its manoeuvre, of a loop ({one.loop})." in answer.details()
+        assert f"{RESTS}{one.loop})." in answer.details()
     assert "Not any more" not in answer.details()
     prepared = pj.Planner(model).prepare(asked)
     loop.restart()  # its robot may be anywhere
@@ -211,6 +239,10 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on():
     for ask in (prepared.solve, prepared.first):
         with pytest.raises(pj.InputError, match="a robot that has left that since"):
             ask(jax.random.PRNGKey(0))
+    back = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    again = pj.load_answer(back.save(tmp_path / "again.json"))
+    for read in (back, again):  # a file that was written then says it for ever
+        assert f"{RESTS}{one.loop}; n{over[1:]}" in read.details()
 
 
 def test_no_scene_file_tells_of_a_robot_that_may_leave_its_manoeuvre(tmp_path):
@@ -278,8 +310,7 @@ def test_what_a_file_keeps_of_another_robot_is_not_asked_again(tmp_path):
     asked = pj.reach_avoid(goal, obstacles, RADIUS, spans=spans, uncertainty=free)
     answer = planner.solve(asked, jax.random.PRNGKey(0), pj.Settings(target=0.5))
     back = pj.load_answer(answer.save(tmp_path / "answer.json"))
-    said = "That a robot is in the way rests on its manoeuvre, of a loop ("
-    assert said in answer.details() and answer.problem.rests_on == back.problem.rests_on
+    assert RESTS in answer.details() and answer.problem.rests_on == back.problem.rests_on
     again = pj.load_answer(back.save(tmp_path / "again.json"))
     for problem in (back.problem, again.problem, back.problem.replace(body=0.01)):
         with pytest.raises(pj.InputError, match=r"span of obstacle 0: .* is of a file, which does"):

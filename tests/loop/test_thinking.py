@@ -108,6 +108,8 @@ def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(c
         "of each manoeuvre its command begins 0.25 s after its begin and is followed until 0.75 s"
     )
     assert any(said in str(value) for _, _, value in report.premises)
+    words = done[1].certificate()["meta"]["rests_on"]
+    assert any(text.startswith("its command begins 0.25 s after its begin") for text in words)
     other = replace(done[0], command="")
     assert other.loop != done[0].loop
     # with its numbers, not by a hash alone

@@ -1,6 +1,7 @@
 """Answers and episodes as MCAP: a second library reads back what was proved, where it lies."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -168,8 +169,13 @@ def test_what_is_not_safe_is_not_written(tmp_path):
         write_mcap(where, answer, plan=5)
     with pytest.raises(InputError, match=r"ends in \.mcap"):
         write_mcap(tmp_path / "a.bag", answer)
-    with pytest.raises(InputError, match="begin >= 0"):
-        write_mcap(where, answer, begin=-1.0)
+    one = driven(False, 1)[0]
+    for begin in (-1.0, np.nan, 2.0**31, 2.0**31 - one.end / 2):  # the last one: its plan ends late
+        with pytest.raises(InputError, match="expected stamps from 0 to below"):
+            write_mcap(where, [one], begin=float(begin))
+    early = replace(one, begin=one.begin - 5)  # a clock may begin anywhere
+    with pytest.raises(InputError, match="the loop's clock from begin on; got -5"):
+        write_mcap(where, [early])
     assert list(tmp_path.iterdir()) == []
     assert "/plan" not in read_topics(write_mcap(where, answer, plan=None))
 

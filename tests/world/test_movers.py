@@ -236,3 +236,11 @@ def test_a_model_of_other_steps_or_of_a_robot_is_refused():
     robot = straight().with_labels({"k": ("speed [m/s]", "turning [rad/s]")})
     with pytest.raises(pj.InputError, match=r"expected a model of `mover_runs`.*turning"):
         pj.problem.mover_obstacles(robot, [mover(0.0)], 0.4, ROBOT, 0.0)
+
+
+def test_a_claim_of_another_network_is_none_of_movers():
+    """Its tube was told as theirs; and a tested set's, which runs may leave."""
+    model = straight()
+    slow = pj.learning.relu_network([0.9 * model.net.weights[0]], [np.zeros(24)])
+    with pytest.raises(pj.InputError, match="expected the network"):
+        pj.problem.mover_obstacles(model.replace(net=slow), [mover(0.0)], 0.4, ROBOT, 0.0)

@@ -96,7 +96,7 @@ def _answer(data: dict, report) -> Answer:
     _require_start(nominal, [*p0, *(corridor.p0 for corridor in cover.corridors)])
     told = nominal.turned or any(s is not None and s.at is not None for s in problem.all_spans)
     found, robust = bool(samples.size or cover.corridors), nominal.uncertainty is not None
-    unchecked = about_file(found, robust, told, bool(problem.rests_on))
+    unchecked = about_file(found, robust, told, bool(problem.rests_on), "k" in meta)
     return Answer(scene, cover, samples, data["samples"], no_plan, looks, unchecked=unchecked)
 
 

@@ -42,6 +42,7 @@ from parc_jax.safe_set.verdict.outline import require_fit, require_same
 LOOKS = 2  # a test of the plan to drive, and a claim near it
 # what fields of a study ask for
 MADE = {"risk": "the validated set", "driven": "the plan to drive", "repeats": "the replay"}
+PICTURES = ("samples", "regions", "errors")
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
@@ -128,7 +129,8 @@ def run_study(
         with watch("validated set"):
             test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
-    for name in (METRICS, "near.json", VALIDATED_SET):  # of an older study
+    pictures = (f"{name}.{kind}" for name in PICTURES for kind in ("png", "pdf"))
+    for name in (METRICS, "near.json", VALIDATED_SET, *pictures):  # of an older study
         (out / name).unlink(missing_ok=True)
     # before the replay: if that finds a contradiction, the evidence is on disk
     model.save(out / "model.npz")
@@ -198,7 +200,8 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
         near.answer.save(out / "near.json")
     made = chosen.tested
     tested = {"runs": made.n, "failures": made.failures, "sure": made.look.sure}
-    tested |= {"at_most": rounded_up(made.eps)}
+    lost = [entry for entry in made.assumed if entry.startswith("WORKERS_LOST")]
+    tested |= {"at_most": rounded_up(made.eps), "lost": lost}
     shares = {"share_of_k": float(near.share), "proved_share_of_near": float(near.held)}
     widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
     return {"plan": chosen.plan.tolist(), "statement": chosen.details()} | tested | shares | widths

@@ -50,7 +50,8 @@ def report(outcome: Studied, out: Path) -> str:
         plan = ", ".join(f"{name} = {exact(x)}" for name, x in numbers)
         sure = f"with confidence {d['sure']} a new one does with probability <= {d['at_most']}"
         seen = f"{d['failures']:,} of {d['runs']:,} fresh runs failed"
-        lines.append(f"To drive: {plan}; {seen}: {sure}.")
+        lost = f"; assumed: {', '.join(d['lost'])}" * bool(d["lost"])
+        lines.append(f"To drive: {plan}; {seen}: {sure}{lost}.")
     left = [f"{what} ({why})" for what, why in m.get("not_made", {}).items()]
     lines += [f"Not made: {', '.join(left)}."] * bool(left)
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")

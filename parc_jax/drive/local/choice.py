@@ -40,6 +40,7 @@ from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.fit import fit
 from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.system import System
+from parc_jax.problem.world.moving import require_under_way
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 from parc_jax.statement import about_obstacles, about_points, about_pose, about_scene
@@ -208,6 +209,7 @@ class Choice:
                 "localise: expected an answer that knows its question; a file that was told in "
                 "the robot's frame does not. Solve the scene again, with the same `at`."
             )
+        require_under_way(query.problem.all_spans)
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
         gap = max(local.gap, declared_gap(self.model.claim))

@@ -44,12 +44,13 @@ COPIED = "it was copied, and no pose outside of its tube was seen since"
 
 
 class Begun(list):
-    """What one episode of a loop has under way, when [s] each of its manoeuvres began, and what
-    else is assumed of its robot, by name; of copies nothing is known to be under way, nor what was
-    seen of it since.
+    """What one episode of a loop has under way, when [s] each of its manoeuvres began and the robot
+    was seen outside of a tube, and what else is assumed of it, by name; of copies nothing is known
+    to be under way, nor what was seen of it since.
     """
 
     begins: tuple[Fraction, ...] = ()
+    outside: tuple[Fraction, ...] = ()
     assumed: Mapping[str, Any] = {}
     copied = False
 
@@ -120,8 +121,10 @@ class Commitment:
     def others_left(self) -> str:
         """That a robot in its way was seen outside of its tube while it was driven; or empty."""
         until = next((t for t in self.episode.begins if t > self.begin), self.end)
-        others = (getattr(s and s.of, "seen_outside", ()) for s in self.asked.problem.all_spans)
-        seen = [others[0] for others in others if others and others[0] <= until]
+        spans = filter(None, self.asked.problem.all_spans)
+        others = [span.of for span in spans if isinstance(span.of, Commitment)]
+        # in what it drives after that, beside this one, too
+        seen = [t for x in others for t in x.episode.outside if t <= until]
         return f"a robot in its way left its tube by {exact(min(seen))} s" if seen else ""
 
     def proved(self) -> bool:
@@ -133,7 +136,7 @@ class Commitment:
         asked, pose = self.asked, self.asked.pose
         times: dict = {"begin": str(self.begin), "end": str(self.end)}
         told = [f"start {START}"] * ("START" in self.untold)
-        told += [f"its command is given {self.command}"] * bool(self.command)
+        told += [self.command] * bool(self.command)
         k = [f"{name_of(asked.model.labels.k[i])} = {exact(self.k[i])}" for i in self.given]
         told += [f"what is measured of its k was so at its begin: {', '.join(k)}"] * bool(k)
         told += self.assumed

@@ -361,6 +361,7 @@ class Loop:
         if (outside := outside_tube(last, pose, at, k)) <= drift:
             return
         last.seen_outside.append(at)
+        self._episode.outside += (at,)
         late, before = "", self._before
         earlier = (last, pose, last.begin) if before is None else (before, pose, at)
         # inside of the tube before: the robot does not follow the last command yet

@@ -21,7 +21,7 @@ from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
 from parc_jax.learning.bound.error_set import at as errors_at
 from parc_jax.learning.bound.statement import assumes, confidence_of, count_of
-from parc_jax.learning.model import TrajectoryModel
+from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.loaders import recorded
@@ -186,6 +186,7 @@ def mover_obstacles(
     until: [s] after that, to which they are obstacles, up to a whole interval; None = as long as
     the manoeuvre. every: intervals of the robot per polytope.
     """
+    check_model(model)
     check_kind("mover_obstacles time", time, TimeGrid)
     check_count("mover_obstacles every", every, 1, "1")
     radius = float(as_float64("mover_obstacles radius", radius, ()))
