@@ -61,10 +61,8 @@ class Span(tuple):
         """`said`, or a sentence about `of`; empty for nothing."""
         if not self.loop:
             return self.said
-        told = (
-            "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear "
-        )
-        return f"{told}of this plan, of a loop ({self.loop})."
+        told = "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear"
+        return f"{told} of this plan, of a loop ({self.loop})."
 
     @property
     def loop(self) -> str:
