@@ -5,6 +5,7 @@ set's, which runs may leave. Doors are read off the signatures: a new one withou
 import inspect
 
 import pytest
+from needs import need
 from toy_models import line_model
 
 import parc_jax as pj
@@ -13,7 +14,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.statement import VALIDATED
 
-gymnasium = pytest.importorskip("gymnasium")
+need("gymnasium")
+import gymnasium  # noqa: E402
+
 MODEL = line_model(4, 0.01, rests=True)
 SPOILT = {
     "another network": MODEL.replace(
