@@ -64,7 +64,7 @@ def test_what_it_may_reach_is_drawn_and_named_from_its_stated_pose(known, tmp_pa
     assert "may reach from its stated pose, in the tube" in labels
     assert not any("spread" in label for label in labels)
     (robot, *_) = film._episode_handles(None, 3)
-    assert robot.get_label() == "robot, as predicted, spread by what is uncertain of its motion"
+    assert robot.get_label() == "robot, as predicted, spread by uncertainty"
     figures.write_page(known, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert "all that it may reach from its stated pose inside the tube" in page

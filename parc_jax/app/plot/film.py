@@ -298,7 +298,7 @@ class _EpisodeCanvas(_Canvas):
 
 
 def _episode_handles(truth: Truth | None, copies: int) -> list:
-    spread = ", spread by what is uncertain of its motion" * (copies > 1)
+    spread = ", spread by uncertainty" * (copies > 1)
     entries = [
         style.patch(f"robot{'' if truth else ', as predicted'}{spread}", color=style.BLUE),
         style.patch("may reach from its stated pose, in the tube", color=style.TUBE),
