@@ -25,8 +25,14 @@ from parc_jax.learning.runs.files import write_atomic
 from parc_jax.proof.certificate.write import by_pair
 from parc_jax.safe_set.separation.directions import Multiplier
 from parc_jax.safe_set.verdict.scene import unpruned_scene
+from parc_jax.statement import resting_on
 
 OPSET, IR_VERSION = 17, 8  # old enough for every verifier and engine in use
+PROOF = "unsat: every plan (p0, k) in the box is safe for every run inside the tube"
+NO_PROOF = (
+    "unsat is no proof that a plan is safe: the network that it is of was rounded to float32, and "
+    "so is another one"
+)
 
 
 class NetworkQuestion(NamedTuple):
@@ -36,10 +42,12 @@ class NetworkQuestion(NamedTuple):
     net: (p0, k) (n_p + n_k,) -> margins (m,) [row units]: goal rows first, then two per interval
         and reference point of each pair of an obstacle and a part of the body.
     plans: Box over (p0, k).
+    rests_on: sentences about what the question rests on, the tube last.
     """
 
     net: ReLUNetwork
     plans: Box
+    rests_on: tuple[str, ...]
 
 
 def safety_question(answer: Answer, sample: int, half_width) -> NetworkQuestion:
@@ -63,22 +71,26 @@ def safety_question(answer: Answer, sample: int, half_width) -> NetworkQuestion:
     lo[k], hi[k] = np.maximum(lo[k], model.domain.lo), np.minimum(hi[k], model.domain.hi)
     margins = _margins(answer, sample, _bins(model.tube, lo[k], hi[k]))
     net = _margin_network(model.net, model.n_p, lo[: model.n_p], *margins)
-    return NetworkQuestion(net, box(lo, hi))
+    rests_on = (*resting_on(answer.scene.nominal), f"The tube: {model.claim.details()}")
+    return NetworkQuestion(net, box(lo, hi), rests_on)
 
 
 def write_question(folder, question: NetworkQuestion, dtype=np.float64) -> tuple[Path, Path]:
-    """question.onnx and question.vnnlib in a folder. unsat: every plan of the box is safe. dtype as
-    in `write_onnx`.
+    """question.onnx and question.vnnlib in a folder. dtype as in `write_onnx`; unsat: every plan of
+    the box is safe, in float64 alone.
     """
     folder = Path(folder)
     model = write_onnx(folder / "question.onnx", question.net, dtype)
-    return model, write_atomic(folder / "question.vnnlib", vnnlib(question).encode())
+    return model, write_atomic(folder / "question.vnnlib", vnnlib(question, dtype).encode())
 
 
-def vnnlib(question: NetworkQuestion) -> str:
-    """The negated question in VNN-LIB: a plan in the box with some margin <= 0."""
+def vnnlib(question: NetworkQuestion, dtype=np.float64) -> str:
+    """The negated question in VNN-LIB: a plan in the box with some margin <= 0. dtype: of the
+    network that it is asked of.
+    """
     n_in, n_out = question.net.n_in, question.net.n_out
-    lines = ["; unsat: every plan (p0, k) in the box is safe for every run inside the tube"]
+    said = "\n".join([PROOF if np.dtype(dtype) == np.float64 else NO_PROOF, *question.rests_on])
+    lines = [f"; {line}" for line in said.splitlines()]
     lines += [f"(declare-const X_{i} Real)" for i in range(n_in)]
     lines += [f"(declare-const Y_{i} Real)" for i in range(n_out)]
     for i, (lo, hi) in enumerate(zip(question.plans.lo, question.plans.hi, strict=True)):

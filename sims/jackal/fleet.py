@@ -51,9 +51,10 @@ class Yard:
         came = self.arrived[np.isfinite(self.arrived)]
         many = sum(step.new for steps in self.steps for step in steps)
         took = np.quantile(1e3 * np.array(self.plan_s), [0.5, 0.95, 1.0])
+        last = f", the last after {came.max():.1f} s" if len(came) else ""
         return (
-            f"{len(came)} of {len(self.arrived)} arrived, the last after "
-            f"{came.max(initial=0.0):.1f} s; nearest {rounded_down(100 * self.nearest)} cm; "
+            f"{len(came)} of {len(self.arrived)} arrived{last}; "
+            f"nearest {rounded_down(100 * self.nearest)} cm; "
             f"{self.left} left a tube in {many:,} manoeuvres; a step took {took[0]:.0f} ms of "
             f"processor time, {took[1]:.0f} at 95 %, {took[2]:.0f} at most"
         )

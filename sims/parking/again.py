@@ -30,6 +30,27 @@ class Options:
     seed: int = 4242
 
 
+def driven_in(folder: Path, model: pj.types.TrajectoryModel) -> list[tuple[str, np.ndarray]]:
+    """Of all manoeuvres of a folder the name of their file and their k (5,). Raises InputError
+    where there are none, or of another model.
+    """
+    driven = []
+    for file in sorted(folder.glob("case_*.json")):
+        episode = load_episode(file)
+        claim = episode.model.claim
+        # under an uncertainty of the heading the file's network is made of the model's
+        of = claim.evidence.get("network_of_runs", claim.hash)
+        if of not in (model.net.hash, model.claim.hash):
+            raise pj.InputError(
+                f"{file}: expected manoeuvres of the model whose runs are made; they are of "
+                "another one. Name theirs with --model."
+            )
+        driven += [(file.stem, one.k) for one in episode.manoeuvres]
+    if not driven:
+        raise pj.InputError(f"expected a folder with case_N.json; {folder} has none.")
+    return driven
+
+
 def shares_left(net, tube, k: np.ndarray, runs: int, seed: int) -> np.ndarray:
     """(b,) of so many fresh runs of each k (b, 5) the share that leaves the tube."""
     again = np.repeat(k, runs, axis=0)
@@ -41,12 +62,12 @@ def shares_left(net, tube, k: np.ndarray, runs: int, seed: int) -> np.ndarray:
 
 if __name__ == "__main__":
     options = tyro.cli(Options, description=__doc__)
-    files = sorted(options.folder.glob("case_*.json"))
-    driven = [(file.stem, one.k) for file in files for one in load_episode(file).manoeuvres]
-    if not driven:
-        raise SystemExit(f"error: expected a folder with case_N.json; {options.folder} has none.")
-    k = np.array([[float(x) for x in one] for _, one in driven])
-    model = pj.load(options.model, system="parking")
+    try:
+        model = pj.load(options.model, system="parking")
+        driven = driven_in(options.folder, model)
+    except pj.InputError as error:
+        raise SystemExit(f"error: {error}") from None
+    k, files = np.array([one for _, one in driven]), {name for name, _ in driven}
     left = shares_left(model.net, model.tube, k, options.runs, options.seed)
     worst = np.argsort(-left)[:3]
     print(f"{len(k)} manoeuvres of {len(files)} files, {options.runs} runs of each:")

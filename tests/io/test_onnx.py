@@ -51,10 +51,11 @@ def test_a_wrong_fold_is_noticed(rng, monkeypatch, tmp_path):
 
 
 def saved_graph(path, nodes, constants, n_in, n_out):
-    """An ONNX file of the given nodes from X to Y."""
+    """An ONNX file of the given nodes from X to Y. n_in: a size, or several."""
+    sizes = n_in if isinstance(n_in, tuple) else (n_in,)
     ends = [
-        [onnx.helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [None, n])]
-        for name, n in (("X", n_in), ("Y", n_out))
+        [onnx.helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [None, *n])]
+        for name, n in (("X", sizes), ("Y", (n_out,)))
     ]
     tensors = [
         onnx.numpy_helper.from_array(np.asarray(v, np.float32), name)
@@ -66,6 +67,44 @@ def saved_graph(path, nodes, constants, n_in, n_out):
     opset = [onnx.helper.make_opsetid("", 17)]
     onnx.save(onnx.helper.make_model(graph, opset_imports=opset, ir_version=8), path)
     return path
+
+
+def test_what_onnx_cannot_compute_row_by_row_is_refused_in_a_sentence(rng, tmp_path):
+    W, column = rng.normal(size=(2, 6)), rng.normal(size=(6, 1))
+    chains_of = {
+        "axis 0": [("MatMul", ["X", "W"], ["a"], {}), ("Flatten", ["a"], ["Y"], {"axis": 0})],
+        "column": [("MatMul", ["X", "W"], ["a"], {}), ("Add", ["a", "column"], ["Y"], {})],
+        "missing": [("MatMul", ["X", "W"], ["a"], {}), ("Dropout", ["a", "", "no"], ["Y"], {})],
+        "rows": [("Gemm", ["X", "W", "column"], ["Y"], {})],
+    }
+    for name, nodes in chains_of.items():
+        path = saved_graph(tmp_path / f"{name}.onnx", nodes, {"W": W, "column": column}, 2, 6)
+        with pytest.raises(InputError, match="expected a chain that onnx computes for many rows"):
+            read_onnx(path)
+
+
+def test_an_input_of_two_known_sizes_is_refused_and_no_layer_is_blamed(rng, tmp_path):
+    nodes = [("Flatten", ["X"], ["a"], {}), ("MatMul", ["a", "W"], ["Y"], {})]
+    constants = {"W": rng.normal(size=(4, 3))}
+    assert read_onnx(saved_graph(tmp_path / "row.onnx", nodes, constants, (1, 4), 3)).n_in == 4
+    with pytest.raises(InputError, match="one input, rows of a known size"):
+        read_onnx(saved_graph(tmp_path / "table.onnx", nodes, constants, (2, 2), 3))
+
+
+@pytest.mark.parametrize("domain", ["mine", ""])
+def test_a_function_of_a_known_name_is_not_taken_for_the_operation(rng, tmp_path, domain):
+    """A Relu of its own that is another thing beyond the inputs that are tried."""
+    nodes = [("MatMul", ["X", "W"], ["a"], {}), ("Relu", ["a"], ["Y"], {"domain": domain})]
+    path = saved_graph(tmp_path / "net.onnx", nodes, {"W": rng.normal(size=(2, 3))}, 2, 3)
+    model, (make, opset) = onnx.load(path), (onnx.helper.make_node, onnx.helper.make_opsetid)
+    bounds = [make("Constant", [], [n], value_float=v) for n, v in (("lo", 0.0), ("hi", 1e9))]
+    body = [*bounds, make("Clip", ["x", "lo", "hi"], ["y"])]
+    function = onnx.helper.make_function(domain, "Relu", ["x"], ["y"], body, [opset("", 17)])
+    model.functions.append(function)
+    model.opset_import.extend([opset("mine", 1)])
+    onnx.save(model, path)
+    with pytest.raises(InputError, match=f"Relu of '{domain}'"):
+        read_onnx(path)
 
 
 def test_what_exporters_write_is_read(rng, tmp_path):
@@ -145,6 +184,18 @@ def test_the_property_file_spells_box_and_margins_exactly(asked):
     hi = [float(v) for v in re.findall(r"\(assert \(<= X_\d+ (\S+?)\)\)", text)]
     assert (lo == question.plans.lo).all() and (hi == question.plans.hi).all()
     assert text.count("(and (<= Y_") == question.net.n_out and text.count("(") == text.count(")")
+
+
+def test_the_property_file_says_of_which_network_it_is_and_what_the_tube_is(asked, tmp_path):
+    question = safety_question(asked, 0, 0.01)
+    for dtype, proof in ((np.float64, True), (np.float32, False)):
+        text = write_question(tmp_path, question, dtype)[1].read_text()
+        said = [line[2:] for line in text.splitlines() if line.startswith("; ")]
+        assert ("every plan (p0, k) in the box is safe" in said[0]) == proof
+        assert ("no proof" in said[0] and "rounded to float32" in said[0]) != proof
+        assert said[-1] == f"The tube: {asked.model.claim.details()}"
+        assert "not shown" in said[-1]  # declared
+        assert any("nothing is said of them at other times" in line for line in said)  # obstacles
 
 
 @pytest.mark.night

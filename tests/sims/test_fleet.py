@@ -22,6 +22,13 @@ def test_the_judge_sees_two_outlines_meet_and_one_at_the_border():
     assert fleet.nearest(path, size) == pytest.approx(fleet.HALF - 5.9 - size[0] / 2)
 
 
+def test_where_nobody_arrived_no_time_is_told():
+    some, none = np.array([1.0, 3.0, np.inf]), np.full(3, np.inf)
+    said = [fleet.Yard(np.zeros(0), 1.0, x, 0, [], [0.1]).said for x in (some, none)]
+    assert said[0].startswith("2 of 3 arrived, the last after 3.0 s; nearest")
+    assert said[1].startswith("0 of 3 arrived; nearest")
+
+
 @pytest.mark.soundness
 def test_a_jackal_stays_in_what_is_reserved_for_it():
     system, loop = learn.robot(), fleet.first_loop().another()

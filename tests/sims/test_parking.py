@@ -581,6 +581,20 @@ def test_a_case_is_parked_and_its_file_is_accepted(parked):
     assert len(driven.manoeuvres[-1].problem.goal.b) == 6
 
 
+def test_runs_of_another_model_than_that_of_the_files_are_not_made(parked, tmp_path):
+    one, file = parked
+    model = predict.model()
+    driven = again.driven_in(file.parent, model)
+    assert [name for name, _ in driven] == ["case_2"] * len(one.commitments)
+    net = pj.learning.relu_network(model.net.weights, [1.01 * b for b in model.net.biases])
+    points = model.claim.subject.points
+    claim = pj.learning.declared_claim(model.tube, "a test", net, model.time, points=points)
+    with pytest.raises(pj.InputError, match="expected manoeuvres of the model"):
+        again.driven_in(file.parent, pj.learning.trajectory_model(net, claim))
+    with pytest.raises(pj.InputError, match="expected a folder"):
+        again.driven_in(tmp_path, model)
+
+
 def test_a_car_rolls_from_one_manoeuvre_into_the_next(parked):
     one, file = parked
     begins = np.array([float(each.begin) for each in one.commitments])

@@ -25,35 +25,37 @@ def read_onnx(path: Path) -> ReLUNetwork:
         constants = {tensor.name: array(tensor) for tensor in graph.initializer}
         inputs = [i for i in graph.input if i.name not in constants]
         sizes = [d.dim_value for i in inputs for d in i.type.tensor_type.shape.dim]
-    if len(inputs) != 1 or len(graph.output) != 1 or not sizes or not sizes[-1]:
-        raise InputError(f"{path}: expected one input, of a known size, and one output.")
-    at, n_in = inputs[0].name, sizes[-1]
+        own = {function.name for function in model.functions}
+    if len(inputs) != 1 or len(graph.output) != 1 or not any(sizes[-1:]) or {*sizes[1:-1]} - {1}:
+        raise InputError(f"{path}: expected one input, rows of a known size, and one output.")
+    at, W, b = inputs[0].name, np.eye(sizes[-1]), np.zeros(sizes[-1])
     layers: list[tuple[np.ndarray, np.ndarray]] = []
-    W, b = np.eye(n_in), np.zeros(n_in)
     for node in graph.node:
         of = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
-        if node.op_type == "Constant" and "value" in of:
+        known = node.domain in ("", "ai.onnx") and node.op_type not in own
+        kind = node.op_type if known else f"{node.op_type} of {node.domain!r}"
+        what = f"{kind} {node.name!r}"
+        if kind == "Constant" and "value" in of:
             constants[node.output[0]] = array(of["value"])
             continue
         if at not in node.input:
-            raise InputError(
-                f"{path}: expected a chain; {node.op_type} {node.name!r} does not follow {at!r}."
-            )
-        if node.op_type == "Relu":
+            raise InputError(f"{path}: expected a chain; {what} does not follow {at!r}.")
+        if kind == "Relu":
             layers, W, b = [*layers, (W, b)], np.eye(len(b)), 0 * b
-        elif node.op_type not in ("Identity", "Flatten", "Dropout"):
+        elif kind not in ("Identity", "Flatten", "Dropout"):
             others = [constants.get(name) for name in node.input if name != at]
             first = node.input[0] == at
-            with reading(f"{path}: {node.op_type} {node.name!r}", f"one of {KNOWN}", TypeError):
-                W, b = _after(node.op_type, of, first, others, W, b)
+            with reading(f"{path}: {what}", f"one of {KNOWN}", TypeError):
+                W, b = _after(kind, of, first, others, W, b)
         at = node.output[0]
     if at != graph.output[0].name:
         raise InputError(f"{path}: expected the chain to end in its output; it ends in {at!r}.")
     net = relu_network(*map(list, zip(*layers, (W, b), strict=True)))
-    x = np.random.default_rng(0).normal(size=(512, n_in)) * np.logspace(-2, 2, 512)[:, None]
+    x = np.random.default_rng(0).normal(size=(512, net.n_in)) * np.logspace(-2, 2, 512)[:, None]
     x = x.astype(onnx.helper.tensor_dtype_to_np_dtype(inputs[0].type.tensor_type.elem_type))
-    told = reference.ReferenceEvaluator(model).run(None, {inputs[0].name: x})[0]
-    gap = np.abs(told - outputs(net, x)).max(axis=1) / np.fmax(1.0, np.abs(told).max(axis=1))
+    with reading(path, "a chain that onnx computes for many rows", Exception):
+        told = reference.ReferenceEvaluator(model).run(None, {inputs[0].name: x})[0]
+        gap = np.abs(told - outputs(net, x)).max(axis=1) / np.fmax(1.0, np.abs(told).max(axis=1))
     if not gap.max() <= ROUNDED:
         raise SoundnessError(f"{path}: the folded network differs by {gap.max():.1e} (relative).")
     return net
@@ -61,7 +63,7 @@ def read_onnx(path: Path) -> ReLUNetwork:
 
 def _after(kind: str, of: dict, first: bool, others: list, W: np.ndarray, b: np.ndarray):
     """W, b after an operation of the running value, which comes first or not. Raises ValueError."""
-    if any(x is None for x in others):
+    if any(x is None for x in others or [None]):
         raise ValueError("it takes what is no constant of the file")
     if kind in ("Gemm", "MatMul") and first and others[0].ndim == 2 and not of.get("transA"):
         M = of.get("alpha", 1.0) * (others[0] if of.get("transB") else others[0].T)
