@@ -15,6 +15,8 @@ from parc_jax.drive.loop.episode_file import Episode, Manoeuvre, load_episode
 from parc_jax.problem.body import numbered
 from parc_jax.problem.robust.pose import Pose
 
+# of the premises of a file, in short
+NOTES = {"TUBE_LEFT": "some tube was left", "assumed clock:": "seconds are its clock's"}
 REACH = 1.6  # [m] half width of the picture around the robot; more where a manoeuvre needs it
 SAME = 1e-9  # [s] moments that are one
 
@@ -89,8 +91,7 @@ class Stage:
         self.driven, self.truth = driven, truth
         self.shown = [Shown(driven, one) for one in driven.manoeuvres]
         self.name = driven.model.system or "episode"
-        # as the file's premises say
-        self.left = ", some tube was left" if "TUBE_LEFT" in driven.statement else ""
+        self.notes = [note for name, note in NOTES.items() if name in driven.statement]
         self.begin, self.end = self.shown[0].begin, self.shown[-1].end
         if truth is not None:
             self.begin, self.end = float(truth.times[0]), float(truth.times[-1])

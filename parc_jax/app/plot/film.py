@@ -283,7 +283,8 @@ class _EpisodeCanvas(_Canvas):
         ax.set_aspect("equal")
         style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
         ax.set_axis_off()
-        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}{stage.left}")
+        told = ", ".join([f"manoeuvre {now.number}", *stage.notes])
+        ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: {told}")
         style.legend(self.figure, _episode_handles(stage.truth, stage.driven.copies), 2)
 
     def _draw_free(self, ax, t: float) -> None:

@@ -273,7 +273,7 @@ def episode_data(stage: Stage) -> dict:
         "hi": hi.tolist(),
         "true": stage.truth is not None,
         "doubt": stage.driven.copies > 1,
-        "left": " Some tube was left: see the statement." if stage.left else "",
+        "notes": "".join(f" {note.capitalize()}: see the statement." for note in stage.notes),
         "moments": [
             {"time": float(now.time), "number": now.number}
             | {"body": _rounded(now.body), "middle": _rounded(now.middle)}

@@ -53,7 +53,7 @@ function words(number, one, time) {
   const n = data.obstacles[number];
   $("verdict").className = kept ? "unsafe" : "proved";
   $("verdict").replaceChildren(Object.assign(document.createElement("b"), { textContent: title }),
-    `Proved against ${n} obstacle${n === 1 ? "" : "s"}${data.spans[number] ? " (parts of what moves, each for its time alone, included: nothing is said of it later)" : ""}, for every run inside the tube. Begun at ${one.begin.toFixed(2)} s; that it rests at its end, at ${one.end.toFixed(2)} s, is assumed. ${then}${data.left}`);
+    `Proved against ${n} obstacle${n === 1 ? "" : "s"}${data.spans[number] ? " (parts of what moves, each for its time alone, included: nothing is said of it later)" : ""}, for every run inside the tube. Begun at ${one.begin.toFixed(2)} s; that it rests at its end, at ${one.end.toFixed(2)} s, is assumed. ${then}${data.notes}`);
   $("why").textContent = kept ? `${kept[0].toFixed(2)} s: no new one, since ${kept[1]}.` : "";
   $("clock").textContent = `${time.toFixed(2)} of ${data.moments[last].time.toFixed(2)} s`;
   $("manoeuvre").value = number;
