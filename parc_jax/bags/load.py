@@ -51,9 +51,7 @@ class Track(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What was heard of one drive: its track, and the commands (n, c) at times (n,) [ns]. clock: in
-    words.
-    """
+    """What one drive told: its track, and commands (n, c) at times (n,) [ns]. clock: in words."""
 
     name: str
     clock: str

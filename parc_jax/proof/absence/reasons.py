@@ -228,9 +228,7 @@ def _mixed(weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 
 def _edges(nodes: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges along (e, 3) from their starts (e, 3) of a polytope in space with vertices (v, 3):
-    pairs of vertices on two common facets.
-    """
+    """Edges (e, 3), starts (e, 3) of a polytope of vertices (v, 3): pairs on two common facets."""
     size = 1 + np.abs(nodes).max()
     on = np.abs(nodes @ A.T - b) < size * FACET
     first, second = np.triu_indices(len(nodes), 1)

@@ -1,6 +1,4 @@
-"""Estimated clearances of many paths in float32: they say which proposals are checked, and no
-verdict reads them. Kernels.
-"""
+"""Estimated clearances of paths, float32: they choose proposals, no verdict reads them. Kernels."""
 
 import itertools
 

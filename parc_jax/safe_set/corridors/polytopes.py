@@ -1,6 +1,4 @@
-"""Polytopes as a view of the safe set: its corridors cut to cells, with vertices, volumes and
-uniform samples. [T29]
-"""
+"""The safe set as polytopes: corridors cut to cells; vertices, volumes, uniform samples. [T29]"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence

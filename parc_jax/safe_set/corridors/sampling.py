@@ -174,9 +174,7 @@ def proposed(
 
 
 class Counts(NamedTuple):
-    """Counts over several draws: plans drawn, that reach in the model, that are safe. volume: of
-    the set that the draws are uniform over.
-    """
+    """Counts over draws: drawn, reaching in the model, safe. volume: of the set drawn from."""
 
     drawn: int = 0
     reaching: int = 0

@@ -329,9 +329,7 @@ def draw_safe_plans(
 
 
 def _ended(search: Search, tally: Counts) -> Ended | None:
-    """What ends the search after a look; None where it goes on. Seconds come last: they say so only
-    where they leave something undone.
-    """
+    """What ends the search after a look, if anything; seconds only where they leave work undone."""
     work = search.work
     if search.limit.cut:
         return Ended.SECONDS

@@ -201,9 +201,7 @@ def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multipli
 
 
 def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
-    """Up to n unit vectors: the chosen ones, then always the one of the pool farthest from all so
-    far, while that is more than `apart` [rad].
-    """
+    """Up to n unit vectors: the chosen, then the pool's farthest from all, by more than `apart`."""
     alike = (pool @ chosen.T).max(axis=1)
     while len(chosen) < n and alike.min() < np.cos(apart):
         farthest = pool[int(np.argmin(alike))]
