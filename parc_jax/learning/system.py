@@ -165,9 +165,7 @@ def check_points(owner: str, names) -> tuple[str, ...]:
 def rotation_of(system) -> tuple[str, ...] | None:
     """Declared heading behaviour: a word per goal state; None for nothing. Raises InputError."""
     words = getattr(system, "rotation", None)
-    if words is None:
-        return None
-    return check_rotation(system.name, words, system.n_p, system.n_q)
+    return None if words is None else check_rotation(system.name, words, system.n_p, system.n_q)
 
 
 def check_rotation(owner: str, words, n_p: int, n_q: int) -> tuple[str, ...]:
@@ -201,8 +199,7 @@ def check_system(system) -> None:
             f"{system.name}: expected a domain with numbers up to {LARGEST:g}; got {largest:g}. "
             "Tell the parameters in a larger unit."
         )
-    names = ("rollout", "rollout_batch")
-    if not any(callable(getattr(system, name, None)) for name in names):
+    if not any(callable(getattr(system, name, None)) for name in ("rollout", "rollout_batch")):
         raise InputError(
             f"{system.name}: expected rollout(key, k) or rollout_batch(keys, ks); it has neither."
         )

@@ -230,8 +230,7 @@ def _extremes(
 
     for batch, bins in zip(runs, numbers, strict=True):
         for column in bins.T:
-            of_rows = partial(extremes, batch, column)
-            low, high = in_chunks(batch.n, chunk_size(batch.n), of_rows)
+            low, high = in_chunks(batch.n, chunk_size(batch.n), partial(extremes, batch, column))
             for part in range(len(directions)):
                 np.minimum.at(least[part], column, low[part])
                 np.maximum.at(most[part], column, high[part])

@@ -198,8 +198,7 @@ class Reader:
             yield from self._object(x)
 
     def _object(self, x) -> Iterator:
-        inner = getattr(x, "__wrapped__", None)  # jitted and cached functions
-        if inner is not None:
+        if (inner := getattr(x, "__wrapped__", None)) is not None:  # jitted and cached functions
             yield self.digest(inner)
             return
         if told := self.lasting and _is_value(x) and repr(x):  # first: some keep what they told
