@@ -162,8 +162,7 @@ def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
         asked.append(question["goal"])  # the tube names multipliers for its rows
     # by every bit: an array changed in place is another model
     name = repr(asked), content_hash(*jax.tree.leaves((model.net, model.tube)))
-    known = _RECENT.pop(name, None)
-    if known is None:
+    if (known := _RECENT.pop(name, None)) is None:
         try:
             known = checker.Context(*question_parts(problem, model))
         except checker.Rejected as error:
