@@ -214,8 +214,7 @@ def cover(
     with Sampler(scene, for_draws, within) as sampler:
         while True:
             search = look(search, sampler.take())
-            ended = _ended(search, sampler.tally)
-            if ended is not None:
+            if (ended := _ended(search, sampler.tally)) is not None:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
                 sampler.start(ENOUGH if search.rule.announced else EXPLORING)

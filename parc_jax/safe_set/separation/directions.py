@@ -196,8 +196,7 @@ def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multipli
     for pool, apart in ((middles, APART), (sphere(N_POOL), 0.0)):
         chosen = _with_farthest(chosen, pool, apart, n_d)
     facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
-    others = _nearest(A, cones, chosen[len(facets) :], TABLE_BITS)
-    return (facets + others)[:n_d]
+    return (facets + _nearest(A, cones, chosen[len(facets) :], TABLE_BITS))[:n_d]
 
 
 def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
@@ -278,9 +277,8 @@ def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: in
     for row, s, p in zip(rows, size, power, strict=True):
         whole = round(s / largest * 2**bits)
         if whole > 0:
-            shift = max(power) - p
             kept.append(row)
-            values.append(Fraction(whole << shift, 1 << bits))
+            values.append(Fraction(whole << (max(power) - p), 1 << bits))
     return Multiplier(tuple(kept), tuple(values))
 
 
