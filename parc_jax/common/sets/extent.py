@@ -50,8 +50,7 @@ def bounding_box(s: Box | HPolytope, name: str = "bounding_box") -> Box:
     """
     if isinstance(s, Box):
         return s
-    known = _by_pairs(s)
-    if known is not None:
+    if (known := _by_pairs(s)) is not None:
         return known
     lo, hi = row_bounds(s.A, s.b)
     eye = np.eye(s.n)
