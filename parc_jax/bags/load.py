@@ -51,7 +51,7 @@ class Track(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What was heard of one drive: track, commands (n, c) at times (n,) [ns]; clock: in words."""
+    """What one drive told: its track, and commands (n, c) at times (n,) [ns]. clock: in words."""
 
     name: str
     clock: str

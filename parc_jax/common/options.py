@@ -30,8 +30,7 @@ class Options:
                 given = {one: changes.pop(one) for one in inner if one in changes}
                 known += inner
                 changes |= {name: part.replace(**given)} if given else {}
-        unknown = sorted(set(changes) - set(known))
-        if unknown:
+        if unknown := sorted(set(changes) - set(known)):
             raise InputError(
                 f"settings: expected fields among {', '.join(known)}; got {unknown[0]!r}."
             )

@@ -35,8 +35,7 @@ class Finding(NamedTuple):
 
 def require_sound_arithmetic() -> None:
     """Raise SoundnessError unless all probes pass. Cheap but for an installation's first call."""
-    failed = [f for f in _cached() if not f.ok]
-    if failed:
+    if failed := [f for f in _cached() if not f.ok]:
         raise SoundnessError(
             f"probe {failed[0].name}: {failed[0].detail} Nothing is certified on this "
             "installation; run `parc-jax doctor` and install the pinned JAX."

@@ -48,9 +48,7 @@ def fraction_text(values):
 
 
 def rounded_up(value, digits: int = 2) -> str:
-    """A bound for people: so many significant digits, never below the value. value: a rational,
-    a float, or a decimal in text.
-    """
+    """A bound of so many digits, never below the value: a rational, a float, a decimal in text."""
     return _rounded(value, digits, ROUND_CEILING)
 
 

@@ -199,8 +199,7 @@ def check_system(system) -> None:
             f"{system.name}: expected a domain with numbers up to {LARGEST:g}; got {largest:g}. "
             "Tell the parameters in a larger unit."
         )
-    names = ("rollout", "rollout_batch")
-    if not any(callable(getattr(system, name, None)) for name in names):
+    if not any(callable(getattr(system, name, None)) for name in ("rollout", "rollout_batch")):
         raise InputError(
             f"{system.name}: expected rollout(key, k) or rollout_batch(keys, ks); it has neither."
         )

@@ -98,8 +98,7 @@ def exact_dual_bound(c, A, b, multipliers) -> Fraction | None:
     c: (n,). A: (h, n). b, multipliers: (h,), floats, read as the rationals they are. For c = 0 a
     positive bound proves the set empty.
     """
-    mu = _repaired(c, A, multipliers)
-    if mu is None:
+    if (mu := _repaired(c, A, multipliers)) is None:
         return None
     return -sum((value * Fraction(float(b[row])) for row, value in mu.items()), Fraction(0))
 
@@ -134,8 +133,7 @@ def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
             break
         if basis.add(rows[i], _PIVOT * max(abs(a) for a in rows[i])):
             correcting.append(i)
-    correction = basis.coordinates(residual)
-    if correction is None:
+    if (correction := basis.coordinates(residual)) is None:
         return None
     for i, value in zip(correcting, correction, strict=True):
         mu[i] -= value

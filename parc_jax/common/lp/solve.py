@@ -1,6 +1,4 @@
-"""Linear programs by Clarabel, whose answers are hints: points are measured, bounds are proved from
-its multipliers. [T12]
-"""
+"""Linear programs by Clarabel. Its points are measured, its multipliers prove the bounds. [T12]"""
 
 import numpy as np
 

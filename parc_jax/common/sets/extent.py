@@ -25,9 +25,7 @@ class Ball(NamedTuple):
 
 
 def chebyshev_center(p: HPolytope) -> Ball:
-    """Centre of the largest ball in p, of a radius up to the size of the offsets, so that unbounded
-    sets have an answer too.
-    """
+    """Centre of the largest ball in p, of a radius up to the offsets' size: p may be unbounded."""
     length = np.linalg.norm(p.A, axis=1)
     size = 1.0 + float(np.max(np.abs(p.b) / np.where(length > 0, length, 1.0), initial=0.0))
     rows = np.concatenate([p.A, length[:, None]], axis=1)
@@ -52,8 +50,7 @@ def bounding_box(s: Box | HPolytope, name: str = "bounding_box") -> Box:
     """
     if isinstance(s, Box):
         return s
-    known = _by_pairs(s)
-    if known is not None:
+    if (known := _by_pairs(s)) is not None:
         return known
     lo, hi = row_bounds(s.A, s.b)
     eye = np.eye(s.n)

@@ -144,15 +144,13 @@ def _in_plane(exact: list[Point]) -> np.ndarray:
     sizes = [max(abs(a), abs(b)) for a, b in edges]
     along = np.array([(a / s, b / s) for (a, b), s in zip(edges, sizes, strict=True)], float) + 0.0
     normals = np.stack([along[:, 1], -along[:, 0]], axis=1) + 0.0
-    after = np.roll(along, -1, axis=0)
     turn = (np.roll(normals, -1, axis=0) * along).sum(axis=1)
-    sharp = (np.abs(turn) < SHARP) & ((along * after).sum(axis=1) < 0)
+    sharp = (np.abs(turn) < SHARP) & ((along * np.roll(along, -1, axis=0)).sum(axis=1) < 0)
     return np.unique(np.concatenate([normals, along[sharp], -along[sharp]]), axis=0)
 
 
 def _in_space(points: np.ndarray, name: str) -> np.ndarray:
-    hull = convex_hull(points)
-    if hull is None:
+    if (hull := convex_hull(points)) is None:
         raise InputError(
             f"{name}: expected a hull with volume; its vertices are flat or nearly so. Thicken it."
         )
@@ -188,21 +186,18 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     if cut is None:
         return None
     corners = np.unique(cut.intersections.round(12), axis=0)
-    hull = convex_hull(corners)
-    if hull is None:  # corners that share a facet up to rounding confuse qhull
-        hull = convex_hull(corners, "QJ Pp")
+    # corners that share a facet up to rounding confuse qhull
+    hull = convex_hull(corners) or convex_hull(corners, "QJ Pp")
     if hull is None:
         return None
     corners = corners[hull.vertices]
     simplices = np.arange(len(corners))[None]  # of a simplex itself: qhull refuses it joggled
     if len(corners) > len(inside) + 1:
-        simplices = delaunay(corners, "QJ Pp")
-        if simplices is None:
+        if (simplices := delaunay(corners, "QJ Pp")) is None:
             return None
     needed = np.unique(np.concatenate([np.asarray(f) for f in cut.dual_facets]).astype(int))
     vertices = inside + corners * scale
-    edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
-    sizes = np.abs(np.linalg.det(edges))
+    sizes = np.abs(np.linalg.det(vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]))
     volume = float(hull.volume * np.prod(scale))
     rows = HPolytope(polytope.A[needed], polytope.b[needed])
     return Solid(rows, vertices, volume, simplices, sizes / sizes.sum())

@@ -133,8 +133,7 @@ def pac_label(
     needed = required_runs(float(eps), float(delta), discard)
     if n == needed or (n > needed and spent):
         return eps, discard
-    supported = supported_eps(n, float(delta), discard)
-    if supported is None:
+    if (supported := supported_eps(n, float(delta), discard)) is None:
         raise InputError(
             f"calibrate: {n} {unit.many} with {discard} discards support no eps at delta = "
             f"{rounded_up(delta, 10)}; collect more."

@@ -151,9 +151,7 @@ def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[R
 
 
 def ledger_of(claim: ErrorClaim) -> list[list]:
-    """All runs that a claim, its network and its error shape were made from, as far as it names
-    them: entries as of `entry_of`.
-    """
+    """All runs that claim, network and error shape were made from and name: as of `entry_of`."""
     known = claim.evidence
     entries = [*known.get(SEEN, [])]
     if "holdout_rows" in known:

@@ -1,6 +1,4 @@
-"""Errors of a network at recorded runs, and the score of a run: the factor by which the error shape
-must grow to hold it. [T1]
-"""
+"""Errors of a network at runs, and scores: how much an error shape must grow to hold each. [T1]"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -201,8 +201,7 @@ def learn_profile(
         raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {shape!r}.")
     batches = itertools.chain([] if train is None else [train], further)
     batches = (batch for batch in (batch.finite for batch in batches) if batch.n)
-    first = next(batches, None)
-    if first is None:
+    if (first := next(batches, None)) is None:
         raise InputError("profile: expected at least one finite training run; got none.")
     if bins is None:
         runs = [first]

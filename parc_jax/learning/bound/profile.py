@@ -1,6 +1,4 @@
-"""Error shapes over time, axes and bins of K: boxes, or faces along principal axes, learnt from
-training runs. [T26]
-"""
+"""Error shapes by time, axis and bin of K, from training runs: boxes, or principal faces. [T26]"""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial, reduce
@@ -44,9 +42,7 @@ def largest_errors(net: ReLUNetwork, runs: RolloutBatch, edges: Edges) -> "Maxim
 
 
 def box_profile(net: ReLUNetwork, runs: Iterable[RolloutBatch], bins: Bins) -> Tube:
-    """The profile of half widths along the axes, from finite runs that are looked at one batch
-    after another; bins as in `edges_of`.
-    """
+    """Half widths along the axes, of finite runs batch by batch; bins as in `edges_of`."""
     found = None
     for batch in runs:
         found = joined(found, largest_errors(net, batch, edges_of(batch.domain, bins)))
@@ -234,8 +230,7 @@ def _extremes(
 
     for batch, bins in zip(runs, numbers, strict=True):
         for column in bins.T:
-            of_rows = partial(extremes, batch, column)
-            low, high = in_chunks(batch.n, chunk_size(batch.n), of_rows)
+            low, high = in_chunks(batch.n, chunk_size(batch.n), partial(extremes, batch, column))
             for part in range(len(directions)):
                 np.minimum.at(least[part], column, low[part])
                 np.maximum.at(most[part], column, high[part])

@@ -245,8 +245,7 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
     """[m or rad] the most that the place of the start may matter, as a claim declares; `unsaid`
     where it says that it does not matter. Raises InputError for a claim of an earlier form.
     """
-    start = claim.evidence.get("start")
-    if start is None:
+    if (start := claim.evidence.get("start")) is None:
         return unsaid
     if not isinstance(start["gap"], str):
         raise InputError("claim: expected its start's gap as text; got a number. Bound anew.")

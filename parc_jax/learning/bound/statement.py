@@ -142,11 +142,8 @@ _SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _
 
 def _pac(p: Premises) -> str:
     eps = probability(p["eps"])
-    by_bin, tube = "", "the tube"
-    if "bins" in p:
-        by_bin = f" (the largest, as each has its own, of {p['blocks']})"
-    if "not drawn" in p:
-        tube += " of the model's claim about all its parameters"
+    tube = "the tube" + " of the model's claim about all its parameters" * ("not drawn" in p)
+    by_bin = f" (the largest, as each has its own, of {p['blocks']})" if "bins" in p else ""
     n, many = count_of(p)
     behind = f"{n:,} calibration {'rollouts' if many == 'runs' else many}"
     if "rows" in p:

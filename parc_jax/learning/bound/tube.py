@@ -276,9 +276,7 @@ def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
 
 
 def tube_from_arrays(arrays: Mapping[str, np.ndarray], n_k: int, n_points: int = 1) -> Tube:
-    """The tube of `tube_arrays`. Raises InputError, also for other boxes than those around the
-    faces; KeyError for a missing array.
-    """
+    """The tube of `tube_arrays`. Raises InputError, also where boxes and faces differ; KeyError."""
     edges = [arrays[f"edges{axis}"] for axis in range(n_k)]
     boxes = tube(edges, arrays["interval"], arrays["final"], n_points)
     if "interval_directions" not in arrays:

@@ -1,6 +1,4 @@
-"""Work in chunks: worker threads, bounded memory, results in order, finished chunks stored and
-resumed with the same system only.
-"""
+"""Work in chunks: threads, bounded memory, results in order, stored, resumed by one system only."""
 
 import json
 import os
@@ -49,9 +47,7 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
 
 
 def describe_work(path: Path, meta: dict) -> None:
-    """Write what a folder is filled with, by which version, into a file of it. Raises InputError
-    where that is there and differs.
-    """
+    """Write into a folder what fills it, by which version. Raises InputError for others there."""
     wanted = meta | {"version": __version__}
     if not path.exists():
         write_atomic(path, json.dumps(wanted, sort_keys=True, indent=1).encode())
@@ -133,9 +129,7 @@ class ChunkStore:
 
 def cores() -> int:
     """Number of CPU cores for this process."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def worker_devices(system) -> list:

@@ -232,9 +232,7 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
 
 
 def _finished(work: _Work, path) -> RolloutBatch:
-    """The runs of a finished file, after some of them have been simulated again. Raises InputError
-    when it holds other runs than these.
-    """
+    """The runs of a finished file, some of them simulated again. Raises InputError for others."""
     arrays = read_npz(path)
     batch = rollouts_from_npz(path, arrays)
     made_by = meta_of(arrays).get("made_by") or {}

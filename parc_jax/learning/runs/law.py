@@ -148,8 +148,7 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
     parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
     if isinstance(getattr(system, "plant", None), str):
         parameters["plant"] = system.plant
-    ours = [name for name in parameters if str(name).startswith(OURS)]
-    if ours:
+    if ours := [name for name in parameters if str(name).startswith(OURS)]:
         raise InputError(
             f"{system.name}: expected parameters of a law that do not begin with {OURS!r}; got "
             f"{', '.join(map(str, ours))}. Rename them."

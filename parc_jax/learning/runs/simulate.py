@@ -126,17 +126,15 @@ class Simulator:
 
     def _run(self, rows: ToRun, device) -> Trajectory | Retried:
         with jax.enable_x64(self.double):
-            k = jax.device_put(
-                jnp.asarray(rows.k, np.float64 if self.double else np.float32), device
-            )
+            dtype = np.float64 if self.double else np.float32
+            k = jax.device_put(jnp.asarray(rows.k, dtype), device)
             keys = jax.device_put(rows.keys, device)
             with blamed(f"{self.system.name}: expected rollout(key, k) to run"):
                 if rows.states is None:
                     out = self._many(keys, k)
                 else:
                     out = self._links.go_on(keys, rows.states, k)[0]
-        lost = lost_in(out, rows.lost)
-        if lost is not None:
+        if (lost := lost_in(out, rows.lost)) is not None:
             out = Retried(out.p, out.q, lost)
         if isinstance(out, Retried):
             return in_columns(self.system, out)

@@ -159,8 +159,7 @@ def begun(chain: Chained, links: Links, k_keys, keys, lo: np.ndarray, hi: np.nda
     inside, lost = partial(_inside, chain, lo[given], hi[given]), None
     _pick(chain, inside(np.asarray(g)[:, None], 1), np.zeros(len(keys)))
     for turn in range(chain.before + 1):
-        draws = _draws(k_keys, keys, np.uint32(turn), lo, hi)
-        drawn, share, run_keys = map(np.asarray, draws)
+        drawn, share, run_keys = map(np.asarray, _draws(k_keys, keys, np.uint32(turn), lo, hi))
         k = np.array(drawn, np.float64)
         k[:, given] = np.asarray(g, np.float64)
         if turn == chain.before:

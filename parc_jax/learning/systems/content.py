@@ -49,9 +49,7 @@ def content_of(system) -> Content:
 
 
 def told_whole(x) -> str:
-    """A text that values of other content do not have: of what `str` may shorten, as an array, its
-    beginning and a digest.
-    """
+    """A text that no other content has: of what `str` may shorten, a beginning and a digest."""
     text = str(x)
     whole = _is_exact(x) and len(text) <= _LONG and text.isprintable()
     return text if whole else with_digest(text, [x, text])
@@ -200,8 +198,7 @@ class Reader:
             yield from self._object(x)
 
     def _object(self, x) -> Iterator:
-        inner = getattr(x, "__wrapped__", None)  # jitted and cached functions
-        if inner is not None:
+        if (inner := getattr(x, "__wrapped__", None)) is not None:  # jitted and cached functions
             yield self.digest(inner)
             return
         if told := self.lasting and _is_value(x) and repr(x):  # first: some keep what they told

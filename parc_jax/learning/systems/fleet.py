@@ -72,8 +72,7 @@ class Processes(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes that are free."""
         while not self._free.empty():
-            process = self._free.get()
-            if process is not None:
+            if (process := self._free.get()) is not None:
                 process.shutdown(wait, cancel_futures=cancel_futures)
 
     def kill(self) -> None:
@@ -158,8 +157,7 @@ class Fleet:
             done, _ = wait(out, timeout=CHECK_S, return_when=FIRST_COMPLETED)
             for future in done:
                 sent, place = out.pop(future)
-                call = self._brought(sent)
-                if call is not None:
+                if (call := self._brought(sent)) is not None:
                     lost = losses[place] if type(sent.executor) in COUNTED else UNCOUNTED
                     calls[place] = call[0]._replace(lost=lost)
                     continue

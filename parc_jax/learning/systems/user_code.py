@@ -56,7 +56,6 @@ def blamed(expected: str) -> Iterator[None]:
     except ParcError:
         raise
     except Exception as error:
-        place = own_place(error)
-        if place is None:
+        if (place := own_place(error)) is None:
             raise
         raise InputError(f"{expected}; it fails in {place}: {said(error)}.") from error

@@ -145,13 +145,11 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     known = uncertainty or Uncertainty()
     stated = _by_axis("uncertainty given", known.given, names)
     stated = stated | _by_axis("uncertainty unknown", known.unknown, names)
-    missing = [names[axis] for axis in model.given if axis not in stated]
-    if missing:
+    if missing := [names[axis] for axis in model.given if axis not in stated]:
         raise InputError(
             f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
-            f"measures at the start; got no value. Say "
-            f"Uncertainty(given={{{missing[0]!r}: 0.5}}), or "
-            f'"{FREE}" in place of a value to look for starts too.'
+            f"measures at the start; got no value. Say Uncertainty(given={{{missing[0]!r}: 0.5}}), "
+            f'or "{FREE}" in place of a value to look for starts too.'
         )
 
 

@@ -57,8 +57,7 @@ def moving(
         raise InputError(f"moving: expected first <= last and dt > 0; got {span}, dt = {dt}.")
     if not off_by >= 0:
         raise InputError(f"moving: expected off_by of 0 m/s or more; got {off_by!r:.40}.")
-    vertices = rational_vertices(poly)
-    if not vertices:
+    if not (vertices := rational_vertices(poly)):
         raise InputError(
             "moving: expected an obstacle with points in it; its rows contradict each other."
         )

@@ -1,6 +1,4 @@
-"""Outlines as people have them (Shapely, GeoJSON, corners, the footprint of a Nav2 robot) and the
-few convex pieces that cover them.
-"""
+"""Outlines (Shapely, GeoJSON, corners, Nav2 footprints) and the few convex pieces to cover them."""
 
 import json
 from dataclasses import dataclass

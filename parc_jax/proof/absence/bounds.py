@@ -21,9 +21,7 @@ Layers = Sequence[tuple[jax.Array, jax.Array]]  # W, b before each hidden layer
 
 
 class Lines(NamedTuple):
-    """Lines over the inputs x of one hidden layer (n,) that enclose its outputs:
-    below x <= max(x, 0) <= above x + height.
-    """
+    """Lines over inputs x (n,) of a hidden layer: below x <= max(x, 0) <= above x + height."""
 
     below: jax.Array
     above: jax.Array
@@ -73,9 +71,7 @@ def ranges_of_rows(
     lo: Params,
     hi: Params,
 ):
-    """Least and most (r,) of rows of the outputs of the last hidden layer, plus a constant, for k
-    in the box lo, hi. Kernel.
-    """
+    """Least and most (r,) of rows of the last hidden outputs + constant, k in [lo, hi]. Kernel."""
     known = OverBox(lo, hi)
     for W, b in layers:
         lines = (*known.lines, lines_between(*known.range(W, b)))

@@ -148,19 +148,14 @@ def _examined(
 ) -> Examined:
     n = len(boxes.lo)
     n_p = layout.n_p
-    z_lo = boxes.lo[:, :n_p]
-    z_hi = boxes.hi[:, :n_p]
+    z_lo, z_hi = boxes.lo[:, :n_p], boxes.hi[:, :n_p]
     # all points move with z
     goal_z = by_point(scene.goal_A[:, : layout.n_c], layout.n_points).sum(axis=1)
     goal_rest = scene.goal_A[:, n_p:]
-
-    low = least_over(goal_z, z_lo, z_hi)
-    least_rest, most_rest = known.goal
-    goal = low + least_rest - (scene.goal_b[None] - boxes.over.goal_least)
-
-    low = least_over(scene.start_A, z_lo, z_hi)
-    least_p0, most_p0 = known.start
-    start = low + least_p0 - scene.start_b[None]
+    (least_rest, most_rest), (least_p0, most_p0) = known.goal, known.start
+    bound = scene.goal_b[None] - boxes.over.goal_least
+    goal = least_over(goal_z, z_lo, z_hi) + least_rest - bound
+    start = least_over(scene.start_A, z_lo, z_hi) + least_p0 - scene.start_b[None]
 
     path, moved, moved_end = _middle(net, layout, boxes)
     least_places, most_places = _extremes(known.places, known.owner, n)
@@ -240,9 +235,8 @@ def _effects_of_sides(
 
 def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes):
     """|change| of the reasons when the box is split at the edges of bins: (n, g + s + c, n_k)."""
-    n = len(boxes.lo)
     more_goal = boxes.over.goal_most - boxes.over.goal_least
-    blur = boxes.over.blur[jnp.arange(n)[:, None], tried.interval]
+    blur = boxes.over.blur[jnp.arange(len(boxes.lo))[:, None], tried.interval]
     more_hit = dot(jnp.abs(tried.way), _mixed(blur, tried))
     more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
     count = jnp.maximum(boxes.over.straddles.sum(axis=1), 1.0)

@@ -1,6 +1,4 @@
-"""Boxes over (z, k) examined many at a time, at the vertices of their cells or by bounds of the
-network, in calls of one compiled shape each.
-"""
+"""Boxes over (z, k) examined many at a time, by vertices or bounds, in calls of one shape each."""
 
 import math
 from collections.abc import Iterator

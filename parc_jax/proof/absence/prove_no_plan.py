@@ -110,8 +110,7 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     model = scene.model
     z_lo, z_hi, faces = goal_faces(scene.problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
-    missing = _missing(model)
-    if missing is not None:
+    if (missing := _missing(model)) is not None:
         return _not_searched(root, missing, why_none(scene))
     if limit.over():
         none = _not_searched(root, "seconds, of which none were left", why_none(scene))

@@ -67,9 +67,7 @@ class DiscBody:
     def spell(self, x: np.ndarray) -> list[str] | None:
         """A point (n_p,) of the body as certificates write it; None when it is outside."""
         exact = [Fraction(float(v)) for v in x]
-        if sum(v * v for v in exact) > Fraction(self.radius) ** 2:
-            return None
-        return hex_text(x)
+        return None if sum(v * v for v in exact) > Fraction(self.radius) ** 2 else hex_text(x)
 
 
 class PolygonBody:
@@ -131,18 +129,14 @@ class Contacts:
         else:
             self._edges = _edges(self.corners, self.A, self.b)
         shape = problem.parts[part].shape
-        self.body: DiscBody | PolygonBody
-        if isinstance(shape, Disc):
-            self.body = DiscBody(shape.radius, self.A)
-        else:
-            self.body = PolygonBody(shape.vertices)
+        is_disc = isinstance(shape, Disc)
+        self.body = DiscBody(shape.radius, self.A) if is_disc else PolygonBody(shape.vertices)
 
     def find(self, p: np.ndarray, errors: ContactErrors, most: int | None = None) -> list | None:
         """Certificate entries [body, errors] that serve all places p (v, n_p) of a mixture of
         points, or None. most: entries that there may be, None for any number.
         """
-        chosen = self._choose(p, errors, most)
-        if chosen is None:
+        if (chosen := self._choose(p, errors, most)) is None:
             return None
         out = []
         for contact in chosen:
@@ -228,9 +222,7 @@ def _mixed(weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 
 def _edges(nodes: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges along (e, 3) from their starts (e, 3) of a polytope in space with vertices (v, 3):
-    pairs of vertices on two common facets.
-    """
+    """Edges (e, 3), starts (e, 3) of a polytope of vertices (v, 3): pairs on two common facets."""
     size = 1 + np.abs(nodes).max()
     on = np.abs(nodes @ A.T - b) < size * FACET
     first, second = np.triu_indices(len(nodes), 1)
@@ -264,8 +256,7 @@ class Reasons:
 
     def _reason(self, batch: Batch, i: int):
         """The reason of one box and its entries, or None."""
-        margin = TOLERANCES.leaf_margin
-        seen = batch.seen
+        margin, seen = TOLERANCES.leaf_margin, batch.seen
         goal = seen.goal[i, : self.goal_rows]
         if goal.max(initial=-np.inf) > margin:
             errors = self.errors.at_end(batch.over[i].bins)
@@ -274,8 +265,7 @@ class Reasons:
         if start.max(initial=-np.inf) > margin:
             return "start", [[int(np.argmax(start)), "1"]]
         for c in np.flatnonzero(seen.hit[i] > margin):
-            what = self._hit(batch, i, c)
-            if what is not None:
+            if (what := self._hit(batch, i, c)) is not None:
                 return "hit", what
         return None
 
@@ -295,8 +285,7 @@ class Reasons:
             mixed = np.array(weights, float)
             errors = self.errors.of_contact(batch.over[i], t, points, mixed)
             places = np.array(some)[:, None] + mixed @ at
-            entries = self._contacts(pair, places, errors, batch.bounded)
-            if entries is None:
+            if (entries := self._contacts(pair, places, errors, batch.bounded)) is None:
                 return None
             groups.append([fraction_text(weights), entries])
         return [*divmod(pair, len(self.parts)), t, str(Fraction(SHARES[share])), groups]
@@ -311,8 +300,7 @@ class Reasons:
             return self.contacts[pair].find(places.reshape(-1, self.model.n_p), errors)
         entries: list = []
         for served in places:
-            found = self.contacts[pair].find(served, errors, most=1)
-            if found is None:
+            if (found := self.contacts[pair].find(served, errors, most=1)) is None:
                 return None
             entries += [entry for entry in found if entry not in entries]
         return entries

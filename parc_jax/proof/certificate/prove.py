@@ -57,9 +57,7 @@ def corridor_of(scene: Scene, part: dict) -> Corridor:
 
 
 def model_of_file(data: dict) -> TrajectoryModel:
-    """The model of a parsed file, in float64. Raises InputError where K or the time grid of the
-    problem are not those of the claim.
-    """
+    """The float64 model of a parsed file. Raises InputError where K or time are not the claim's."""
     asked, network, widths = data["problem"], data["network"], data["tube"]
     layers = ([nearest_floats(x) for x in network[part]] for part in ("weights", "biases"))
     net = relu_network(*layers)
@@ -151,9 +149,7 @@ def prove(
 
 
 def proves_box(problem: Problem, model: TrajectoryModel, part: dict) -> bool:
-    """Whether the checker accepts a box of plans, each of them safe: a part as `check_doubt` takes
-    it. [T21] Raises InputError as `prove` does.
-    """
+    """Does the checker take a box of safe plans, as of `check_doubt`? [T21] Raises as `prove`."""
     context = _context(problem, model)
     return _accepts(lambda entry: checker.check_doubt(context, entry), part)
 
@@ -166,8 +162,7 @@ def _context(problem: Problem, model: TrajectoryModel) -> checker.Context:
         asked.append(question["goal"])  # the tube names multipliers for its rows
     # by every bit: an array changed in place is another model
     name = repr(asked), content_hash(*jax.tree.leaves((model.net, model.tube)))
-    known = _RECENT.pop(name, None)
-    if known is None:
+    if (known := _RECENT.pop(name, None)) is None:
         try:
             known = checker.Context(*question_parts(problem, model))
         except checker.Rejected as error:

@@ -80,8 +80,7 @@ def box_scenes(
     Polygon or Body; start: None or (lo (s, n_p), hi (s, n_p)); present (s, o) bool: which obstacles
     exist; spans (s, o, 2): first and last interval of each.
     """
-    n_p = model.n_p
-    T = model.time.n_steps
+    n_p, T = model.n_p, model.time.n_steps
     goal_lo, goal_hi = _goals(model, goal_lo, goal_hi)
     s = len(goal_lo)
     lo = _of_every_scene("obstacle_lo", obstacle_lo, s, n_p)
@@ -115,9 +114,8 @@ def box_scenes(
         f"spans 0 <= first <= last < {T}": no_span & present,
     }
     for expected, fault in faults.items():
-        bad = fault.any(axis=1)
-        if bad.any():
-            scene = int(np.argmax(bad))
+        if fault.any():
+            scene = int(np.argmax(fault.any(axis=1)))
             raise InputError(f"box_scenes: expected {expected}; scene {scene} differs.")
     # checks the body
     body = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [], body).body

@@ -1,6 +1,4 @@
-"""Estimated clearances of many paths in float32: they say which proposals are checked, and no
-verdict reads them. Kernels.
-"""
+"""Estimated clearances of paths, float32: they choose proposals, no verdict reads them. Kernels."""
 
 import itertools
 
@@ -43,9 +41,8 @@ def estimate_roughly(pairs: Obstacles, path: Ways, taken: Reach):
     n_steps = path.shape[2] - 1
     knots = np.unique(np.linspace(0, n_steps, 1 + -(-n_steps // STRIDE)).round().astype(int))
     middle = (knots[:-1] + knots[1:]) // 2
-    spans = itertools.pairwise(knots)
     active = jnp.asarray(pairs.active)
-    active = jnp.stack([active[:, a:b].any(axis=1) for a, b in spans], axis=1)
+    active = jnp.stack([active[:, a:b].any(axis=1) for a, b in itertools.pairwise(knots)], axis=1)
     few = pairs.replace(active=active)
     return estimate_clearance(few, path[..., knots], taken.during(middle, kernel=True))
 

@@ -109,10 +109,8 @@ class Ends(NamedTuple):
 
 def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     """The ends that reach the goal from the start set."""
-    n_p = scene.z_lo.shape[0]
-    n_c = pool.end.shape[1]
-    first = pool.end[:, :n_p]
-    pad = 4 * scene.slack
+    n_p, n_c = scene.z_lo.shape[0], pool.end.shape[1]
+    first, pad = pool.end[:, :n_p], 4 * scene.slack
     goal_c = scene.goal_A[:, :n_c]
     goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with the first
     around = pool.end - jnp.concatenate([first] * (n_c // n_p), axis=1)
@@ -155,8 +153,7 @@ def promising(
         _, few = jax.lax.top_k(rough, max(1, int(LOOKED * len(z))))
         z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
         taken = about.fan.of(pool.bin[chosen])
-    estimate = estimate_clearance(scene.obstacles, path, taken)
-    estimate = jnp.where(worth, estimate, -jnp.inf)
+    estimate = jnp.where(worth, estimate_clearance(scene.obstacles, path, taken), -jnp.inf)
     _, most = jax.lax.top_k(estimate, min(checked, len(z)))
     of = chosen[most]
     p0 = z[most] - pool.end[of, : z.shape[1]]
@@ -212,8 +209,7 @@ def rewarm(row: tuple, best: Best, shared: tuple) -> Best:
     spread = NARROW * (WIDE / NARROW) ** (jnp.arange(VARIED, dtype=old.dtype) / VARIED)
     spread = jnp.where(jnp.arange(VARIED) < len(plans), 0.0, spread)
     sizes = spread[:, None] * (scene.k_hi - scene.k_lo)[None]
-    noise_key = jax.random.fold_in(key, number)
-    noise = jax.random.normal(noise_key, (VARIED, len(scene.k_lo)), old.dtype)
+    noise = jax.random.normal(jax.random.fold_in(key, number), (VARIED, len(scene.k_lo)), old.dtype)
     near = jnp.clip(old[:, n_p:] + sizes * noise, scene.k_lo[None], scene.k_hi[None])
     pool = pool_of(about.net, about.tube, near)
     before = pool_of(about.net, about.tube, old[:, n_p:])

@@ -152,9 +152,7 @@ def problem_of(problems: Problems, row: int) -> Problem:
 
 
 def passes(rounds: int) -> Iterator[tuple[int, int]]:
-    """Rounds (first, last), last excluded, of every pass over a fresh pool: one round first, then
-    up to four times as many in all.
-    """
+    """Rounds [first, last) of passes over fresh pools: one, then up to 4 times as many in all."""
     first, last = 0, 1
     while first < rounds:
         yield first, min(last, rounds)

@@ -24,9 +24,7 @@ from parc_jax.safe_set.verdict.scene import LEAST_OBSTACLES, size_class
 
 
 def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike, "o i"]):
-    """(o, T, i) support of the errors (T, n_points) against directions w, at the points of each
-    obstacle. NumPy or JAX.
-    """
+    """(o, T, i) support of errors (T, n_points) against w, at obstacles' points. NumPy or JAX."""
     of_points = at(errors, np.s_[:, points])  # (T, o, i)
     return of_points.support(-w.swapaxes(0, 1)[:, :, None]).swapaxes(0, 1)
 

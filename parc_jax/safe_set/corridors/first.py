@@ -99,9 +99,7 @@ def first_safe(scene: Scene, key: Key, n: int) -> tuple[FirstSafe, Verdicts]:
 
 
 def first_draw(scene: Scene, key: Key, n: int) -> Draw:
-    """The first n safe plans as a draw, n at most MOST. Its size depends on the result: the draw
-    ends with the last plan needed.
-    """
+    """The first n safe plans, at most MOST, as a draw that ends with the last plan needed."""
     safe, seen = first_safe(scene, key, n)
     seen = jax.tree.map(lambda x: np.asarray(x)[: safe.count], seen)
     p0, k = np.split(safe.plans, [scene.model.n_p], axis=1)

@@ -1,6 +1,4 @@
-"""Polytopes as a view of the safe set: its corridors cut to cells, with vertices, volumes and
-uniform samples. [T29]
-"""
+"""The safe set as polytopes: corridors cut to cells; vertices, volumes, uniform samples. [T29]"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -102,8 +100,7 @@ class Polytopes:
         return [shape for shape in map(self._solid, self.all) if shape is not None]
 
     def _solid(self, polytope: SafePolytope) -> Solid | None:
-        start = self.scene.at
-        if start is None:
+        if (start := self.scene.at) is None:
             return solid(polytope.halfspaces, np.concatenate([polytope.p0, polytope.k]))
         n_p = len(start)
         A, b = polytope.halfspaces.A, polytope.halfspaces.b
@@ -153,8 +150,7 @@ class Polytopes:
 
     def count(self, at: Points) -> np.ndarray:
         """(b,) number of polytopes around each point."""
-        rows = [np.zeros(0, int)]
-        polytopes = [np.zeros(0, int)]
+        rows, polytopes = [np.zeros(0, int)], [np.zeros(0, int)]
         for cell, index in groups(cell_of(at.pattern, at.bin)):
             here = self._by_cell.get(cell, [])
             rows.append(np.repeat(index, len(here)))

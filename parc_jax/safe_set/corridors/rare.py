@@ -41,8 +41,7 @@ def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limi
     """
     size = POPULATION
     while True:
-        safe = _raise_to_safe(scene, rng, size, limit)
-        if safe is not None:
+        if (safe := _raise_to_safe(scene, rng, size, limit)) is not None:
             return _around(scene, rng, safe, limit)
         if size >= largest or limit.over():
             return None

@@ -174,9 +174,7 @@ def proposed(
 
 
 class Counts(NamedTuple):
-    """Counts over several draws: plans drawn, that reach in the model, that are safe. volume: of
-    the set that the draws are uniform over.
-    """
+    """Counts over draws: drawn, reaching in the model, safe. volume: of the set drawn from."""
 
     drawn: int = 0
     reaching: int = 0
@@ -283,8 +281,7 @@ def box_of_plans(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def no_points(model: TrajectoryModel) -> Points:
     """None at all."""
-    pattern = np.zeros((0, sum(model.net.hidden)), bool)
-    bins = np.zeros(0, np.int64)
+    pattern, bins = np.zeros((0, sum(model.net.hidden)), bool), np.zeros(0, np.int64)
     path = np.zeros((0, model.time.n_steps + 1, model.n_c))
     p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
     return Points(p0, k, path, bins, pattern)

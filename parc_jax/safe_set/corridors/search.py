@@ -214,8 +214,7 @@ def cover(
     with Sampler(scene, for_draws, within) as sampler:
         while True:
             search = look(search, sampler.take())
-            ended = _ended(search, sampler.tally)
-            if ended is not None:
+            if (ended := _ended(search, sampler.tally)) is not None:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
                 sampler.start(ENOUGH if search.rule.announced else EXPLORING)
@@ -329,9 +328,7 @@ def draw_safe_plans(
 
 
 def _ended(search: Search, tally: Counts) -> Ended | None:
-    """What ends the search after a look; None where it goes on. Seconds come last: they say so only
-    where they leave something undone.
-    """
+    """What ends the search after a look, if anything; seconds only where they leave work undone."""
     work = search.work
     if search.limit.cut:
         return Ended.SECONDS

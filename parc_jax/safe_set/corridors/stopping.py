@@ -116,9 +116,7 @@ class Limit:
             self._begin += time.perf_counter() - begin
 
     def over(self, reserved: float = 0.0) -> bool:
-        """Is the limit over? Call it only where there is more to do: True cuts that off. reserved
-        [s]: for later stages.
-        """
+        """Is it over? Ask only if more is to do: True cuts that off. reserved [s]: for later."""
         if self._begin is not None:
             spent = time.perf_counter() - self._begin
             self.cut = self.cut or spent + reserved > self.seconds

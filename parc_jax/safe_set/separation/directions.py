@@ -196,14 +196,11 @@ def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multipli
     for pool, apart in ((middles, APART), (sphere(N_POOL), 0.0)):
         chosen = _with_farthest(chosen, pool, apart, n_d)
     facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
-    others = _nearest(A, cones, chosen[len(facets) :], TABLE_BITS)
-    return (facets + others)[:n_d]
+    return (facets + _nearest(A, cones, chosen[len(facets) :], TABLE_BITS))[:n_d]
 
 
 def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
-    """Up to n unit vectors: the chosen ones, then always the one of the pool farthest from all so
-    far, while that is more than `apart` [rad].
-    """
+    """Up to n unit vectors: the chosen, then the pool's farthest from all, by more than `apart`."""
     alike = (pool @ chosen.T).max(axis=1)
     while len(chosen) < n and alike.min() < np.cos(apart):
         farthest = pool[int(np.argmin(alike))]
@@ -280,9 +277,8 @@ def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: in
     for row, s, p in zip(rows, size, power, strict=True):
         whole = round(s / largest * 2**bits)
         if whole > 0:
-            shift = max(power) - p
             kept.append(row)
-            values.append(Fraction(whole << shift, 1 << bits))
+            values.append(Fraction(whole << (max(power) - p), 1 << bits))
     return Multiplier(tuple(kept), tuple(values))
 
 

@@ -20,9 +20,7 @@ Axes = Sequence[ArrayLike] | Array  # of vectors, axis by axis
 
 
 def height(w: Axes, p: Axes) -> Array:
-    """w . p, both given axis by axis, which broadcast: as `common.arrays.dot`, but read without a
-    stride. Kernel, NumPy or JAX.
-    """
+    """w . p by axes that broadcast: `common.arrays.dot` without a stride. Kernel, NumPy or JAX."""
     return reduce(add, (w[axis] * p[axis] for axis in range(len(w))))
 
 

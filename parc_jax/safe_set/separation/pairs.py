@@ -34,9 +34,7 @@ FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left ope
 
 
 class Corner(NamedTuple):
-    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane by the
-    angle of their normals.
-    """
+    """A vertex, exact (n_p,), and the rows active there, in the plane by angle of their normals."""
 
     point: Point
     rows: tuple[int, ...]
@@ -259,9 +257,7 @@ def vertices_of(obstacle: HPolytope, name: str) -> np.ndarray:
 
 
 def signed_vertices(obstacle: HPolytope, shape: Disc | Polygon, name: str):
-    """Vertices (v, 2) and signs (v, 2) of the obstacle + (-shape) in the plane, a disc left out;
-    exact until the last rounding.
-    """
+    """Vertices and signs (v, 2) of obstacle + (-shape) in the plane, less a disc; rounded last."""
     body = [(Fraction(0), Fraction(0))]
     if not isinstance(shape, Disc):
         body = [(-Fraction(x), -Fraction(y)) for x, y in shape.vertices]

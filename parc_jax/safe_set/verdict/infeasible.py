@@ -54,8 +54,7 @@ def why_none(scene: Scene) -> Reason | None:
 
 
 def _reason(scene: Scene) -> Reason | None:
-    found = _touching(scene, of_model=False)
-    if found is not None:
+    if (found := _touching(scene, of_model=False)) is not None:
         return Reason(*found, sure=True)
     if all(faces.allow_none.all() for faces in scene.model.tube.templates or ()):
         touched = _touching(scene, of_model=True)

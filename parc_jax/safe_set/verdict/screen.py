@@ -160,8 +160,7 @@ def facet_test(
     if scene.obstacles.closed:  # cheap enough for every plan; a search waits for those in doubt
         separated = _separated(tube, scene, path[i], path[i + 1], bin, o, i)
         unsure, possible = jnp.zeros((), bool), separated | ~unsure
-    others = open_.at[o, i].set(False)
-    return FacetTest(p0, path, pattern, bin, worst, unsure, possible, others)
+    return FacetTest(p0, path, pattern, bin, worst, unsure, possible, open_.at[o, i].set(False))
 
 
 def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index):
