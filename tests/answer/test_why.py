@@ -1,5 +1,7 @@
 """Why no plan is safe: what is in the way and by how much, in scenes whose truth is known."""
 
+from fractions import Fraction
+
 import jax
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from toy_models import assumed, line_model, told
 import parc_jax as pj
 from parc_jax.answer.why import odd_size, why_of
 from parc_jax.app.cli.scene import as_json, verdict
+from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube, tube
 from parc_jax.learning.model import trajectory_model
@@ -57,6 +60,16 @@ def test_bins_without_a_claim_are_named_and_more_bins_are_no_cure_of_them():
         said = why_not(pj.reach_avoid(GOAL, walls(0.39), 0.2, START), one).text
         none = "1 of 2 bins of K have no claim: no plan there can be shown safe."
         assert (none in said) == bins
+
+
+def test_more_bins_are_no_cure_where_each_has_a_claim_of_its_own_runs():
+    model = line_model(e=0.08, final=0.01, half=2.0)
+    block = {"n": 6905, "discard": 0, "eps": "1/1000"}
+    claim = derived(model.claim, evidence={"blocks": [block]}, bin_eps=(Fraction(1, 1000),))
+    for one, more in ((model, True), (model.replace(claim=claim), False)):
+        said = why_not(pj.reach_avoid(GOAL, walls(0.62), 0.25, START), one).text
+        assert "a better network by more runs" in said
+        assert ("(more bins of K, a better network" in said) == more
 
 
 def test_a_gap_wider_than_the_body_says_how_much_narrower_the_tube_must_be(tmp_path):

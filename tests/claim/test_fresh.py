@@ -323,6 +323,7 @@ def test_an_update_remembers_what_its_network_was_trained_on(train, held):
     for one, seen in ((claim, [True, False]), (again, [True, True])):
         assert [seen_in_training(one, x).all() for x in (copies, since)] == seen
     assert not seen_in_training(again, fresh).any()
+    assert "ORDER_OF_K" not in str(again.assumptions)  # nothing is given by its column
     assert left_out_beside(again, since.select(slice(50))) == 50
     assert [left_out_beside(again, x.select(slice(50))) for x in (mine, theirs)] == [50, 50]
     # an update that trains on runs of before as well counts each of them once

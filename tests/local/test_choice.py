@@ -14,16 +14,18 @@ import toy_driven as toy
 from synthetic_plants import plant, straight
 
 import parc_jax as pj
+from parc_jax.app.study.job import LOOKS, drive
+from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
-from parc_jax.common.spelling import exact
+from parc_jax.common.spelling import exact, rounded_up
 from parc_jax.drive.local.choice import Choice
 from parc_jax.drive.local.localise import Local, LocalRuns, bounded_near
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
-from parc_jax.learning.bound.settings import DISCRETE_TIME, SpeedBound
+from parc_jax.learning.bound.settings import DISCRETE_TIME, ModelBound, SpeedBound
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.law import law_of
 from parc_jax.problem.problem import Span
@@ -84,6 +86,16 @@ def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
     assert "(D) It is of a body (point 0 grown by 0.05 m) among 1 convex" in chosen.details()
     assert "a new run of it fails in its 1 s with probability at most 0." in seen.details()
     assert law_of(system, "given by the plan").describe() in seen.details()
+
+
+def test_a_study_tells_the_bound_of_the_plan_that_it_drives(near, monkeypatch, tmp_path):
+    monkeypatch.setattr(Choice, "localise", lambda one, *_, **__: replace(one, near=near))
+    study = Study(bound=ModelBound(eps=0.1, delta=0.05))
+    told = drive(plant(toy.gusty, toy.T), toy.answer(), study, KEY, tmp_path, True)
+    bound = rounded_up(clopper_pearson(told["failures"], told["runs"], 0.05 / LOOKS))
+    assert told["at_most"] == bound and 0 < float(bound) <= 0.1
+    assert f"fails in its 1 s with probability at most {bound}, look" in told["statement"]
+    assert told["lost"] == [] and (tmp_path / "near.json").exists()
 
 
 def fails_often(key, k, s):

@@ -233,12 +233,15 @@ def test_plans_beside_a_robot_say_whose_manoeuvre_they_rest_on(tmp_path):
         assert f"{RESTS}{one.loop})." in answer.details()
     assert "Not any more" not in answer.details()
     prepared = pj.Planner(model).prepare(asked)
+    well = pj.load_answer(answer.save(tmp_path / "well.json"))
     loop.restart()  # its robot may be anywhere
     over = "Not any more: what is in the way was made for number 0 of a robot that has left that"
     assert over in answer.summary() and over in answer.details()
     for ask in (prepared.solve, prepared.first):
         with pytest.raises(pj.InputError, match="a robot that has left that since"):
             ask(jax.random.PRNGKey(0))
+    # a file that was written before does not see it, and tells what held then
+    assert f"{RESTS}{one.loop})." in well.details() and "Not any more" not in well.details()
     back = pj.load_answer(answer.save(tmp_path / "answer.json"))
     again = pj.load_answer(back.save(tmp_path / "again.json"))
     for read in (back, again):  # a file that was written then says it for ever

@@ -142,4 +142,6 @@ def test_what_is_drawn_under_an_uncertainty_is_called_that():
     for words in (labels, in_film):
         assert {"obstacle, grown by what is uncertain", "goal, less what is uncertain"} < {*words}
         assert "predicted path (one possible run)" in words
-    assert canvas.figure._suptitle.get_text().endswith(f"{model.labels.k[1]} = 0.2 (measured)")
+    title = canvas.figure._suptitle.get_text()
+    assert title.endswith(f"{model.labels.k[1]} = 0.2 (measured)")
+    assert ": one possible run of the model, sample 0" in title

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 import toy_query
@@ -17,8 +18,9 @@ from parc_jax.answer.path import nominal_path
 from parc_jax.app.plot.shapes import corners_of
 from parc_jax.common.errors import InputError
 from parc_jax.learning.system import TURNS
+from parc_jax.problem.robust.nominal import query
 from sims.ros.foxglove import main, write_mcap
-from sims.ros.way import predicted, way_of
+from sims.ros.way import drawn_of, model_of, predicted, way_of
 
 need("rosbags", "mcap_ros2")
 from mcap.reader import make_reader  # noqa: E402
@@ -50,6 +52,11 @@ def places(path):
     return np.array([[p.pose.position.x, p.pose.position.y] for p in path.poses])
 
 
+def stamps(path):
+    """[ns]"""
+    return [p.header.stamp.sec * 10**9 + p.header.stamp.nanosec for p in path.poses]
+
+
 def triangles(markers):
     """(t, 3, 2) of the one marker that is added after all others were taken away."""
     assert markers.markers[0].action == 3 and len(markers.markers) <= 2
@@ -70,8 +77,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
     told = nominal_path(answer.model, plan[:2], plan[2:])
     assert at == 5 * 10**9 and path.header.frame_id == "hall"
     assert np.array_equal(places(path), told.places[:, 0])
-    stamps = [p.header.stamp.sec + p.header.stamp.nanosec / 1e9 for p in path.poses]
-    assert np.allclose(stamps, 5 + told.times)
+    assert np.allclose(np.array(stamps(path)) / 1e9, 5 + told.times)
     moved = [message.transforms[0] for _, message in said["/tf"]]
     ways = np.array([[t.transform.translation.x, t.transform.translation.y] for t in moved])
     assert np.array_equal(ways, told.places[:, 0]) and moved[0].child_frame_id == "base_link"
@@ -115,6 +121,15 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     assert np.allclose(ends, [one.asked.pose.place for one in done[1:]], atol=1e-9)
     times = [at for at, _ in said["/tf"]]
     assert times == sorted(set(times)) and times[-1] == round(done[-1].end * 10**9)
+    # frames end where the next one begins, whenever the loop's clock begins
+    late = read(write_mcap(tmp_path / "l.mcap", [replace(x, begin=x.begin + 5) for x in done]))
+    for all_of, first in ((said, 0), (late, 5 * 10**9)):
+        begins = [at for at, _ in all_of["/plan"]]
+        assert begins[0] == first and len(begins) == len(done) > 2
+        knots = [stamps(path) for _, path in all_of["/plan"]]
+        ends = [*begins[1:], np.inf]
+        shown = [at for one, end in zip(knots, ends, strict=True) for at in one if at < end]
+        assert [[at for at, _ in all_of[topic]] for topic in ("/tf", "/body")] == [shown] * 2
     again = read(write_mcap(tmp_path / "again.mcap", done))
     assert again["/statement"][0][1].data == said["/statement"][0][1].data
     assert (tmp_path / "e.mcap").read_bytes() == (tmp_path / "again.mcap").read_bytes()
@@ -137,6 +152,26 @@ def test_a_path_is_the_robots_own_prediction_and_begins_by_the_clock_of_its_loop
     assert said["/plan"][0][0] == 105 * 10**9
     assert "\nDrawn: one possible run of the model" in said["/statement"][0][1].data
     assert not np.allclose(places(said["/plan"][0][1])[-1][:2], one.k, atol=1e-3)
+    goal, known = pj.box([-5.0] * 3, [5.0] * 3), pj.Uncertainty(heading=0.1)
+    asked, soon = pj.reach_avoid(goal, [], 0.05, uncertainty=known), pj.types.FirstProved()
+    settings = pj.Settings(samples=1, method=soon)
+    answer = pj.Planner(model).solve(asked, jax.random.key(0), settings, at=[0.0, 0.0, 0.0])
+    told_of = read(write_mcap(tmp_path / "a.mcap", answer))["/statement"][0][1].data
+    drawn = "\nDrawn: one possible run of the model, of those that are uncertain."
+    assert told_of == answer.details() + drawn
+
+
+def test_where_plans_choose_not_all_of_k_one_possible_run_is_shown_and_said():
+    """The robot's own model knows no path of such a plan."""
+    model, goal = line_model(4, 0.01, rests=True), pj.box([-5.0] * 3, [5.0] * 3)
+    for known, own in (({"unknown": {1: (0.1, 0.25)}}, False), ({"k": {1: 0.05}}, True)):
+        asked = pj.reach_avoid(goal, [], 0.05, uncertainty=pj.Uncertainty(**known))
+        asked = query(asked, model).nominal()
+        n_k = asked.model.n_k
+        end = predicted(asked, np.zeros(2), np.full(n_k, 0.5)).places[-1, 0]
+        assert (n_k == 2) == own and end[0] == pytest.approx(0.5)
+        assert (end[1] == 0.5) if own else (0.1 <= end[1] <= 0.25)
+        assert ("one possible run" in drawn_of(model_of(asked))) == (not own)
 
 
 def test_a_map_is_written_with_its_origin(tmp_path):

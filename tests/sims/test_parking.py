@@ -13,6 +13,7 @@ import jax
 import numpy as np
 import pytest
 import shapely
+from matplotlib.figure import Figure
 
 import parc_jax as pj
 from parc_jax.app import cli
@@ -40,6 +41,7 @@ from sims.parking import (
     turned,
 )
 from sims.parking.drive import Parked
+from sims.parking.film import sheet
 from sims.parking.job import Options, job, park, park_all
 from sims.parking.way import Way, lasts
 from tests.helpers.compilations import compiled_by
@@ -521,6 +523,19 @@ def test_all_that_came_of_a_case_is_in_the_json_and_in_the_exit_code(
     told = json.loads(capsys.readouterr().out)["8"]
     names = ("reached", "proved", "touched", "left", "clearance", "why")
     assert {name: told[name] for name in names} == {name: getattr(one, name) for name in names}
+
+
+def test_a_sheet_names_the_cases_that_are_not_parked(tmp_path, monkeypatch):
+    path, titles = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), []
+    came = Parked(
+        True, True, "", 0.1, 1, 0, 9.0, np.zeros(3), 1.0, 0.0, False, [], path, np.zeros(2)
+    )
+    shown = [came, replace(came, proved=False), replace(came, reached=False)]
+    keep = lambda figure, _: titles.extend(axes.get_title() for axes in figure.axes)  # noqa: E731
+    monkeypatch.setattr(Figure, "savefig", keep)
+    sheet(tmp_path / "cases.png", [cases.case(8)] * 3, shown)
+    name = cases.case(8).name
+    assert titles == [name, f"{name}, not parked", f"{name}, not parked"]
 
 
 @pytest.mark.slow

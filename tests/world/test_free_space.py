@@ -512,6 +512,16 @@ def test_what_drifts_is_free_wherever_it_was_truly(drives, axes, turned):
             assert shapely.contains_xy(free.region, there).all()
 
 
+def test_what_stands_on_a_map_drifts_where_nothing_is_free():
+    """No hole of what is seen then is filled there, wherever it may stand by then."""
+    cells = np.zeros((9, 9), int)
+    cells[2:7, 2:7] = 100
+    wall = occupancy_grid(cells, 0.5, (-2.0, -2.0, 0.0)).free_space().within((0.25, 0.25), 1.0)
+    assert wall.region.is_empty and wall.gone.is_empty and wall.standing.area == pytest.approx(4)
+    stands = wall.drifted((0, 0), 0.1, 0.0).standing
+    assert stands.contains(wall.standing.buffer(0.1, quad_segs=64))
+
+
 def test_holds_is_about_the_whole_body_in_one_part():
     free = FreeSpace(shapely.box(-1, -1, 1, 1).difference(shapely.box(0.3, -1, 0.31, 1)))
     assert free.holds(BODY) and free.holds(BODY, 0.08)
