@@ -15,7 +15,7 @@ from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
-from parc_jax.common.arrays import once
+from parc_jax.common.arrays import once, read_only
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import as_key, generator
 from parc_jax.common.options import check_count
@@ -73,6 +73,8 @@ class Answer:
     unchecked: str = ""
 
     def __post_init__(self) -> None:
+        # written over, they would be called proved by the certificates of others
+        object.__setattr__(self, "samples", read_only(np.array(self.samples)))
         if self.validation is None or self.validation.answer is None:
             return
         own, tested = self.scene.nominal.query, self.validation.answer

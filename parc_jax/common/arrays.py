@@ -48,6 +48,13 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     return array
 
 
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A view that nobody writes through."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
 def at_least(name: str, value, lowest: float = 0.0) -> float:
     """A finite number that is no less than the lowest. Raises InputError."""
     number = float(as_float64(name, value, ()))

@@ -194,8 +194,9 @@ def load(path, system: str | None = None) -> TrajectoryModel:
     """Read a model written by `save`. With `system`, refuse one of another. Raises InputError."""
     if str(path).endswith(".json"):
         raise InputError(
-            f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
-            "or a scene. Try pj.load_answer(path) or pj.exchange.load_problem(path)."
+            f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json is an answer, a "
+            "scene or an episode. Try pj.load_answer(path), pj.exchange.load_problem(path) or "
+            "`parc-jax check`."
         )
     file = read_npz(path)
     with reading(path, "a file of `TrajectoryModel.save`"):

@@ -71,7 +71,7 @@ class Settings(Options):
         if not self.budget_s > 0:
             raise InputError(
                 f"settings: expected budget_s > 0 s, a limit above the work; got {self.budget_s}. "
-                "For safe plans without sets ask for samples_only=True."
+                "For safe plans without sets ask for samples_only=True, --first in the shell."
             )
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(

@@ -19,6 +19,16 @@ def test_membership_needs_goal_and_start_too():
         assert members.contains(hit, k).all() and not members.contains(missed, k).any()
 
 
+def test_plans_of_an_answer_are_not_written_over():
+    """Moved in place they were called proved, on its page, by the certificates of others."""
+    own = replace(answer(), samples=(plans := answer().samples.copy()))
+    for samples in (own.samples, own.samples[:, :2], answer().samples):
+        with pytest.raises(ValueError, match="read-only"):
+            samples += 0.35
+    plans += 0.35
+    assert (own.samples == answer().samples).all()
+
+
 def test_the_share_of_k_is_a_lower_bound():
     """All of K is hit, by 20,000 draws: the share is at least the thousandth's 20,000th root."""
     assert answer().share_of_k() == pytest.approx(0.001 ** (1 / 20_000), abs=1e-8)

@@ -3,6 +3,7 @@ answers, and asked of every question.
 """
 
 import json
+import re
 from dataclasses import replace
 
 import jax
@@ -127,6 +128,11 @@ def test_an_update_from_logs_keeps_it(claim, tmp_path):
 def test_a_question_says_what_is_measured_or_is_refused():
     model = cart_model()
     sentence = "expected v0, which cart measures at the start; got no value"
+    with pytest.raises(InputError, match=r"Say Uncertainty\(given=\{'v0': (.*)\}\)") as told:
+        query(SCENE, model).nominal()
+    value = float(re.search(r"'v0': (.*?)\}", str(told.value))[1])
+    asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": value}))
+    assert query(asked, model).nominal()  # what is advised is taken
     for uncertainty in (None, pj.Uncertainty(start=0.01), pj.Uncertainty(given={"v": 0.5})):
         with pytest.raises(InputError, match=sentence):
             query(SCENE.replace(uncertainty=uncertainty), model).nominal()

@@ -58,6 +58,11 @@ def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     assert code == 1 and not facts["found"] and facts["proved_no_plan"] and facts["first"] is None
     code, said, _ = shell("check", "none.json")
     assert code == 0 and "no (p0, k) of the model is safe" in said
+    (files / "old").mkdir()
+    for name in ("samples.png", "samples.pdf"):  # of an answer with plans, drawn there before
+        (files / "old" / name).write_bytes(b"")
+    assert shell("plot", "none.json", "--out", "old")[0] == 0
+    assert {f.stem for f in (files / "old").iterdir()} == {"regions"}
     code, said, complained = shell("plot", "none.json", "--figures", "samples")
     assert code == 2 and "this answer has regions only" in complained
 

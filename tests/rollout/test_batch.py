@@ -129,10 +129,27 @@ def test_one_record_that_is_no_number_fails_its_run(batch):
 
 
 def test_runs_that_are_found_wanting_later_have_failed(batch):
-    own = batch.replace(p=np.array(batch.p))
+    own = batch.replace(p=(places := np.array(batch.p)))
     assert own.finite is own
-    own.p[2, 1] = np.nan
+    places[2, 1] = np.nan
     assert own.failed.tolist() == [False, False, True, False, False, False] and own.finite.n == 5
+
+
+def test_what_was_hashed_is_not_written_over(batch):
+    """Recordings edited in place were tested as those that a claim had held out, by their hash."""
+    k, p, q = (np.array(getattr(batch, name)) for name in ("k", "p", "q"))
+    told = {"time": batch.time, "domain": batch.domain, "law": batch.law}
+    own = rollout_batch(k, p, q, groups=np.arange(6), **told)
+    before = own.hashes().copy()
+    for array in (k, p, q):  # of the caller
+        array += 0.25
+    assert (own.p == batch.p).all() and (own.q == batch.q).all() and (own.k == batch.k).all()
+    assert (own.replace(seed=None).hashes() == before).all()
+    for name in ("rows", "k", "p", "q", "groups"):
+        for runs in (own, own.select(slice(0, 3)), batch):
+            if (array := getattr(runs, name)) is not None:
+                with pytest.raises(ValueError, match="read-only"):
+                    array[:1] = 0
 
 
 @pytest.mark.parametrize("field", ["k", "p", "q"])

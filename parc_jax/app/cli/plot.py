@@ -96,10 +96,12 @@ def plot(
 
 def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     """The drawing jobs of figures. Raises InputError for one that the answer does not support."""
-    from parc_jax.app.plot.of_answer import figures_of
+    from parc_jax.app.plot.of_answer import FIGURES, figures_of, take_away
 
     possible = figures_of(answer)
     chosen = possible if wanted is None else wanted
+    if wanted is None:
+        take_away(out, set(FIGURES) - possible.keys())
     for name in chosen:
         if name not in possible:
             raise InputError(f"{name}: this answer has {', '.join(possible) or 'no figure'} only.")

@@ -98,6 +98,9 @@ def write_film(
     out.mkdir(parents=True, exist_ok=True)
     for number, image in enumerate(images):
         imsave(out / f"{number:04d}.png", image)
+    for frame in out.glob("[0-9][0-9][0-9][0-9].png"):  # of a longer film before
+        if int(frame.stem) >= len(images):
+            frame.unlink()
     return out
 
 

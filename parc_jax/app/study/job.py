@@ -42,7 +42,6 @@ from parc_jax.safe_set.verdict.outline import require_fit, require_same
 LOOKS = 2  # a test of the plan to drive, and a claim near it
 # what fields of a study ask for
 MADE = {"risk": "the validated set", "driven": "the plan to drive", "repeats": "the replay"}
-PICTURES = ("samples", "regions", "errors")
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
@@ -129,9 +128,11 @@ def run_study(
         with watch("validated set"):
             test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
-    pictures = (f"{name}.{kind}" for name in PICTURES for kind in ("png", "pdf"))
-    for name in (METRICS, "near.json", VALIDATED_SET, *pictures):  # of an older study
+    for name in (METRICS, "near.json", VALIDATED_SET):  # of an older study
         (out / name).unlink(missing_ok=True)
+    from parc_jax.app.plot.of_answer import FIGURES, take_away
+
+    take_away(out, (*FIGURES, "errors"))
     # before the replay: if that finds a contradiction, the evidence is on disk
     model.save(out / "model.npz")
     answer.save(out / "answer.json")

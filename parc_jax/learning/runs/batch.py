@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, content_hash
+from parc_jax.common.arrays import as_float64, content_hash, read_only
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
@@ -70,6 +70,11 @@ class RolloutBatch:
     given: tuple[int, ...] = struct.field(pytree_node=False, default=())
     lost: np.ndarray | None = None
     source: tuple[str, int, int] | None = struct.field(pytree_node=False, default=None)
+
+    def __post_init__(self) -> None:
+        for name in BY_ROW:  # hashes of what is written over would be of other runs
+            if isinstance(array := getattr(self, name), np.ndarray):
+                object.__setattr__(self, name, read_only(array))
 
     def __repr__(self) -> str:
         return f"RolloutBatch({counted(self.n, 'run')} of {self.name})"
@@ -204,7 +209,8 @@ def rollout_batch(
     k = as_float64("rollouts k", k, (None, domain.n))
     n = k.shape[0]
     points = check_points("rollouts", points)
-    p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
+    # what was collected is nobody else's, and large
+    p, q = np.array(p, copy=seed is None or None), np.array(q, dtype=np.float64)
     if p.dtype != np.float32:
         p = p.astype(np.float64, copy=False)
     n_p = _check_places(p, n, time, points)

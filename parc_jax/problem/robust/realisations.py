@@ -145,10 +145,12 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     known = uncertainty or Uncertainty()
     stated = _by_axis("uncertainty given", known.given, names)
     stated = stated | _by_axis("uncertainty unknown", known.unknown, names)
-    if missing := [names[axis] for axis in model.given if axis not in stated]:
+    if missing := [axis for axis in model.given if axis not in stated]:
+        name, middle = names[missing[0]], model.domain.center[missing[0]]
         raise InputError(
-            f"uncertainty given: expected {listed(missing)}, which {model.system or 'this robot'} "
-            f"measures at the start; got no value. Say Uncertainty(given={{{missing[0]!r}: 0.5}}), "
+            f"uncertainty given: expected {listed([names[axis] for axis in missing])}, which "
+            f"{model.system or 'this robot'} measures at the start; got no value. Say "
+            f"Uncertainty(given={{{name!r}: {exact(middle)}}}), "
             f'or "{FREE}" in place of a value to look for starts too.'
         )
 
