@@ -64,7 +64,7 @@ def attempt(
     first = planner.solve(
         scene, key, Settings(samples=PLANS, samples_only=True)
     )  # a first look: no clock decides its plans
-    plans = first.samples if first.found else answer.samples
+    plans = first.samples if first.status.found else answer.samples
     plan = plans[0]
     repeats = replay(car, answer.scene, np.tile(plan, (MANY, 1)), key, quiet)
     others = replay(
