@@ -7,10 +7,10 @@ goal is reached and nothing is touched in 99 % of its runs (of 200 of the boat, 
 system without chance: in its one run). Certified: it starts so that the network predicts its end at
 z, and is safe for every run inside the tube. Either way of starting moves each k's plans by a
 shift, which changes no volume, and leaves out no plan that succeeds or is certified: both are
-shares of one volume. All settings of
-a system have equal eps and delta and spend equally many runs on training, profile and claims, each
-on its own; the runs are the same. Bounds at 95 %: of certified shares Clopper-Pearson, of truth
-from the spread over the k's; those of a yield join the two, which both hold at 90 %.
+shares of one volume. All settings of a system have equal eps and delta and spend equally many runs
+on training, profile and claims, each on its own; the runs are the same. Bounds at 95 %: of
+certified shares Clopper-Pearson, of truth from the spread over the k's; those of a yield join the
+two, which both hold at 90 %.
 """
 
 from collections.abc import Iterator
