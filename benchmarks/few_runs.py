@@ -151,36 +151,51 @@ def row(
     scene = problem(width, length)
     settings = pj.Settings(samples=20)
     answer = pj.Planner(model).solve(scene, jax.random.PRNGKey(seed), settings)
-    told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
-    told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
-    replayed = replay_recorded(answer, unseen) if answer.status.found else None
-    if replayed is not None:
-        n = replayed.counts()
-        share = f"{rounded_down(100 * answer.share_of_k())} %"
-        tried = f"{n['with_start']} of {n['runs']}: {n['replays']} replays"
-        went = f"{n['left_the_tube']} left, {n['missed_the_goal']} missed, {n['touched']} touched"
-        told = f"{told}, {share} of K | {tried}, {went}"
+    left_out = f"{claim.discard} of {claim.n} {claim.unit.many}"
+    told = f"| {case.name} | {_of(known)} | {left_out} | {rounded_up(100 * float(claim.eps), 3)} %"
+    told = f"{told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
+    if answer.status.found:
+        told = f"{told}, {rounded_down(100 * answer.share_of_k())} % of K | "
+        replayed = replay_recorded(answer, unseen)
+        rows = np.zeros(0, int) if replayed is None else replayed.row
+        told += f"{_started(unseen, rows, model.domain)}: {len(rows)} replays"
+        if replayed is not None:
+            n = replayed.counts()
+            told += f", {n['left_the_tube']} left, {n['missed_the_goal']} missed"
+            told += f", {n['touched']} touched"
     return f"{told} | {validated(answer, unseen, seed)} |\n{learned.prior}"
 
 
+def _of(runs: pj.types.RolloutBatch) -> str:
+    return f"{runs.n} runs of {runs.recordings} recordings"
+
+
+def _started(unseen: pj.types.RolloutBatch, rows: np.ndarray, domain: pj.types.Box) -> str:
+    """Unseen runs with a start, those of `rows`, of all of them."""
+    some = unseen.select(np.unique(rows))
+    outside = unseen.n - int(domain.contains(unseen.k).sum())
+    return f"{_of(some)} with a start, of {_of(unseen)}, {outside} of these runs outside K"
+
+
 def validated(answer: pj.types.Answer, unseen: pj.types.RolloutBatch, seed: int) -> str:
-    """The validated set, and unseen recordings from a start that it has for them."""
+    """The validated set, and unseen runs from a start that it has for them."""
     found = answer.validation
     if found is None or found.answer is None:
         return "(V) not asked for" if found is None else found.details()
     model = found.answer.model
-    unseen = unseen.select(model.domain.contains(unseen.k))
-    starts = found.answer.starts(jax.random.PRNGKey(seed), unseen.k, 10)
-    rows = np.repeat(np.arange(unseen.n), [len(p0) for p0 in starts])
+    known = np.flatnonzero(model.domain.contains(unseen.k))
+    starts = found.answer.starts(jax.random.PRNGKey(seed), unseen.k[known], 10)
+    rows = np.repeat(known, [len(p0) for p0 in starts])
     failed = np.zeros(0, bool)
     if len(rows):
         p0 = np.concatenate(starts)
         failed = ~np.logical_and(*_went(found.answer.scene, unseen.select(rows), p0))
     step, share = found.steps[-1], rounded_down(100 * found.answer.share.share, 3)
+    claim = model.claim
     return (
-        f"(V) {model.claim.discard} of {model.claim.n} failed at {model.claim.evidence['scale']}, "
-        f"next {step.failed} of {step.n}; {share} % of plans; unseen: {len(np.unique(rows))} of "
-        f"{unseen.n} with a start, {failed.sum()} of {len(rows)} replays failed"
+        f"(V) {claim.discard} of {claim.n} {claim.unit.many} failed at {claim.evidence['scale']}, "
+        f"next {step.failed} of {step.n}; {share} % of plans; unseen: "
+        f"{_started(unseen, rows, model.domain)}, {failed.sum()} of {len(rows)} replays failed"
     )
 
 

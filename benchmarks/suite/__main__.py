@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
         help="scenes that nobody has seen: those of the size, moved; draw it when entries are done",
     )
     parser.add_argument("--again", action="store_true", help="score with the chance of before")
-    parser.add_argument("--figure", type=Path, help="draw the scores of the folder, e.g. x.png")
+    parser.add_argument("--figure", type=Path, help="draw the scores of these, e.g. x.png")
     options = parser.parse_args(arguments)
     try:
         return _run(options)
@@ -65,12 +65,21 @@ def _run(options) -> int:
     if options.again:
         if not (options.out / SCORES).exists():
             raise Refused(f"--again: expected scores in {options.out}; there are none yet.")
-        known = json.loads((options.out / SCORES).read_text())["instances"]
+        report = json.loads((options.out / SCORES).read_text())
         for one in asked:
-            if one.id in known:
-                report = scored(options.out, [one], known[one.id]["chance"], say)
+            if known := report["instances"].get(one.id):
+                report = scored(options.out, [one], known["chance"], say)
     else:
         report = scored(options.out, asked, secrets.token_hex(32), say)
+    found = {one.id: report["instances"].get(one.id) for one in asked}
+    report |= {"instances": {name: one for name, one in found.items() if one}}
+    missing = len(asked) - len(report["instances"])
+    if missing == len(asked):
+        raise Refused(
+            f"expected scores of what was asked for in {options.out}; there are none yet."
+        )
+    if missing:
+        say(f"{missing} of {len(asked)} instances that were asked for have no scores yet")
     print(table(report))
     say(f"{time.monotonic() - begin:.0f} s")
     if options.figure:

@@ -7,22 +7,26 @@ import numpy as np
 STATUSES = ("stands", "right", "empty", "open", "unknown", "invalid", "refuted")
 HEADER = (
     "entry",
+    "instances",
     "points",
     "stand",
     "right none",
     "no answer",
     "**refuted**",
-    "yield, mean",
+    "yield where plans are, mean",
+    "of those that stand",
     "of it certified",
     "runs, median",
-    "first plan, median [s]",
+    "first plan of those that stand, median [s]",
     "in all, median [s]",
 )
 
 
 def table(report: dict) -> str:
-    """The entries of a report in Markdown, best first."""
-    rows = sorted(_rows(report), key=lambda row: -row[1])
+    """The entries of a report in Markdown, most points first. The yield of a scene that has plans,
+    and no answer that stands, is 0.
+    """
+    rows = sorted(_rows(report), key=lambda row: -row[2])
     lines = [HEADER, ["---"] * len(HEADER), *rows]
     return "\n".join("| " + " | ".join(map(_spelled, line)) + " |" for line in lines)
 
@@ -37,26 +41,35 @@ def by_entry(report: dict) -> dict[str, dict[str, dict]]:
 
 
 def _rows(report: dict):
+    planned = [name for name, one in report["instances"].items() if one["truth"]["good"]]
     for entry, results in by_entry(report).items():
         each = list(results.values())
         count = {status: sum(r["status"] == status for r in each) for status in STATUSES}
         nothing = sum(count[status] for status in ("empty", "open", "unknown", "invalid"))
-        yields = [r["yield"][0] for r in each if "yield" in r and r["held"][1]]
+        with_plans = [results[name] for name in planned if name in results]
+        yields = [r["yield"][0] for r in with_plans if "yield" in r]
+        missing = [0.0] * (len(with_plans) - len(yields))
         stand = [r for r in each if r["status"] == "stands" and r.get("first_s") is not None]
         first = [r["first_s"] + r["prepare_s"] for r in stand]
         yield (
             entry,
+            len(each),
             round(sum(r["points"] for r in each), 1),
             count["stands"],
             count["right"],
             nothing,
             count["refuted"],
-            f"{100 * np.mean(yields):.0f} %" if yields else "",
+            _mean(yields + missing),
+            _mean(yields),
             _certified(each),
             int(np.median([r["rollouts"] for r in each])),
             round(float(np.median(first)), 1) if first else "",
             round(float(np.median([r["prepare_s"] + r["answer_s"] for r in each])), 1),
         )
+
+
+def _mean(yields: list[float]) -> str:
+    return f"{100 * np.mean(yields):.0f} %" if yields else ""
 
 
 def _certified(results: list[dict]) -> str:

@@ -3,13 +3,14 @@ runs.
 
 A plan is a k, uniform over K, and a place z, uniform over the goal's box, where the first point is
 meant to end. Truth: the plan starts so that the median of its runs ends at z, and succeeds when the
-goal is reached and nothing is touched in 99 % of its runs (a system without chance: in its one
-run). Certified: it starts so that the network predicts its end at z, and is safe for every run
-inside the tube. Either way of starting moves each k's plans by a shift, which changes no volume,
-and leaves out no plan that succeeds or is certified: both are shares of one volume. All settings of
-a system have equal eps and delta and spend equally many runs on training, profile and claims, each
-on its own; the runs are the same. Bounds at 95 %: of certified shares Clopper-Pearson, of truth
-from the spread over the k's; those of a yield join them.
+goal is reached and nothing is touched in 99 % of its runs (of 200 of the boat, 100 of the car; a
+system without chance: in its one run). Certified: it starts so that the network predicts its end at
+z, and is safe for every run inside the tube. Either way of starting moves each k's plans by a
+shift, which changes no volume, and leaves out no plan that succeeds or is certified: both are
+shares of one volume. All settings of a system have equal eps and delta and spend equally many runs
+on training, profile and claims, each on its own; the runs are the same. Bounds at 95 %: of
+certified shares Clopper-Pearson, of truth from the spread over the k's; those of a yield join the
+two, which both hold at 90 %.
 """
 
 from collections.abc import Iterator
@@ -67,7 +68,7 @@ def run(bench: Bench) -> Result:
         try:
             found = list(_of_task(bench, task))
         except (Skip, ImportError) as why:
-            rows.append((task.name, "", "", str(why), "", ""))
+            rows.append((task.name, "", "", str(why), "", "", ""))
             continue
         for number, (setting, kind, truth, share) in enumerate(found):
             whole = _yield(share, truth)
@@ -81,13 +82,14 @@ def run(bench: Bench) -> Result:
             runs = f"{setting.runs:,}"
             told = (str(truth), str(share), str(whole))
             rows.append((task.name, kind, setting.name, runs, *told))
-            bars.append([task.title, kind, setting.name, *whole])
+            if isinstance(whole, Share):
+                bars.append([task.title, kind, setting.name, *whole])
     if not metrics:
         raise Skip("no system of this workload can be simulated here")
     header = ("system", "claim", "setting", "runs", "truly succeed", "certified", "yield")
     note = "one: a claim over all of K. bins: a claim in every bin, or block of bins, at once."
     table = Table("Certified of what truly succeeds", header, rows, note)
-    return Result(metrics, [table], {"bars": bars})
+    return Result(metrics, [table], {"bars": bars} if bars else {})
 
 
 def figure(data: dict, path) -> None:
@@ -126,7 +128,12 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
             yield setting, kind, truth, certified(problem, model, claim, bench)
 
 
-def _yield(certified: Share, truth: Share) -> Share:
+def _yield(certified: Share, truth: Share) -> Share | str:
+    """What a table says where there is no such share: nothing of nothing, or a contradiction."""
+    if not truth.value and not certified.value:
+        return ""
+    if not truth.value or certified.low > truth.high:
+        return "**more certified than truly succeed**"
     return Share(
         _part(certified.value, truth.value),
         _part(certified.low, truth.high),
@@ -172,6 +179,7 @@ def truly_safe(task: Task, system, model: TrajectoryModel, bench: Bench) -> Shar
         good.append(_succeed(scene, runs, p0, each).reshape(len(k), ENDS).mean(axis=1))
     of_k = np.concatenate(good)
     value, error = float(of_k.mean()), 1.96 * float(of_k.std()) / np.sqrt(n)
+    error = error or float(clopper_pearson(0, n, 0.025))  # all of them alike, which n show
     return Share(value, max(0.0, value - error), min(1.0, value + error))
 
 

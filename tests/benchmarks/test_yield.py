@@ -1,12 +1,16 @@
 """Yield: truth by simulation equals what is certified where the model is exact."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from synthetic_plants import disturbed, exact, plant, straight_network
 from toy_system import STUDY
 
 from benchmarks.bench import Bench
+from benchmarks.report import EXPLAINED
+from benchmarks.result import Skip
 from benchmarks.workloads import workload
 from benchmarks.yields import Setting, Task, tasks
 from parc_jax.common.sets.box import box
@@ -59,6 +63,62 @@ def test_every_setting_of_a_system_has_the_same_eps_delta_and_number_of_runs():
         assert len({(s.bound.eps, s.bound.delta, s.bound.blocks is None) for s in studies}) == 1
         assert len({s.runs for s in task.settings}) == 1
         assert len({s.key for s in task.settings}) == len(task.settings)
+
+
+def test_truth_says_how_many_runs_of_a_plan_it_rests_on_and_its_confidence():
+    said = " ".join(EXPLAINED["yield"].split())
+    for task in tasks(quick=False):
+        name = task.name.partition("_")[0]
+        assert (
+            f"of {task.repeats} ({name})" if task.chance else f"one run without chance ({name}"
+        ) in said
+    assert "95 %" in said
+
+
+def test_nothing_of_nothing_is_no_yield_and_more_than_succeeds_is_told(monkeypatch):
+    """Of a system that cannot run here, one where nothing succeeds, and one where it is all."""
+    none, some, most = (measured.Share(x, x / 2, x) for x in (0.0, 0.2, 0.4))
+    found = {
+        "nothing": (none, none),
+        "wrong": (none, some),
+        "more": (some, most),
+        "half": (most, some),
+    }
+    setting = SimpleNamespace(key="a", name="boxes", runs=7)
+
+    def of_task(bench, task):
+        if task.name == "missing":
+            raise Skip("no simulator")
+        yield setting, "one", *found[task.name]
+
+    every = [SimpleNamespace(name=name, title=name) for name in ("missing", *found)]
+    monkeypatch.setattr(measured, "tasks", lambda quick: every)
+    monkeypatch.setattr(measured, "_of_task", of_task)
+    result = measured.run(Bench(quick=True))
+    (table,) = result.tables
+    assert {len(row) for row in table.rows} == {len(table.header)}
+    told = {row[0]: row[-1] for row in table.rows}
+    assert told["nothing"] == told["missing"] == ""
+    assert told["wrong"] == "**more certified than truly succeed**"
+    assert told["half"] == "50 % (25 % to 100 %)"
+    assert [bar[0] for bar in result.data["bars"]] == ["more", "half"]
+
+
+def test_plans_of_which_none_or_all_succeed_leave_the_truth_an_interval(monkeypatch):
+    place = SimpleNamespace(z_lo=np.zeros(2), z_hi=np.ones(2))
+    task, model = (
+        SimpleNamespace(chance=False, problem=scene),
+        SimpleNamespace(domain=box([0.0, 0.0], [1.0, 1.0]), n_k=2, n_p=2),
+    )
+    monkeypatch.setattr(measured, "scene_of", lambda problem, model: place)
+    monkeypatch.setattr(
+        measured, "collect", lambda *_, k, **__: SimpleNamespace(p=np.zeros((len(k), 1, 2)))
+    )
+    for all_of_them in (False, True):
+        shares = np.full(measured.ENDS * 10, all_of_them)
+        monkeypatch.setattr(measured, "_succeed", lambda *_, shares=shares: shares)
+        told = measured.truly_safe(task, None, model, Bench(quick=True))
+        assert told.value == all_of_them and told.high - told.low == pytest.approx(0.31, abs=0.01)
 
 
 @pytest.mark.night

@@ -63,6 +63,17 @@ def test_the_example_of_the_page_answers_a_plan_that_stands(tmp_path, capsys):
     other = json.loads((tmp_path / "out" / "scores.json").read_text())
     assert other["instances"]["puck_01"]["chance"] != one["chance"]
     assert (tmp_path / "x.png").stat().st_size > 1000
+    # a scene of the folder that nobody asks for is in no table, one without scores is told
+    scores = tmp_path / "out" / "scores.json"
+    other["instances"]["bar_01"] = other["instances"]["puck_01"]
+    scores.write_text(json.dumps(other))
+    capsys.readouterr()
+    assert command.main([*out, "puck_02", "--again"]) == 0
+    said = capsys.readouterr()
+    assert "| suite_entry | 1 | 2.0 |" in said.out
+    assert "1 of 2 instances that were asked for have no scores yet" in said.err
+    assert command.main([*out[:-1], "puck_02", "--again"]) == 2
+    assert "expected scores of what was asked for" in capsys.readouterr().err
 
 
 def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
@@ -79,13 +90,34 @@ def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
     assert "prepare: exit code 7" in told and "expected a first line such as #!" in told
 
 
+def instance(result, good=10):
+    """An instance with so many good plans, of one entry's result."""
+    return {"truth": {"plans": 99, "good": good}, "entries": {"one": result}}
+
+
 def test_a_first_plan_counts_where_the_answer_stands():
     said = {"points": 0, "rollouts": 0, "prepare_s": 0.0, "answer_s": 1.0, "first_s": 0.25}
     stands = said | {"status": "stands", "points": 2, "first_s": 0.5}
     both = {"a": said | {"status": "unknown"}, "b": stands}
-    each = {name: {"entries": {"one": result}} for name, result in both.items()}
-    assert "| 0.5 | 1.0 |" in table({"instances": each})
+    each = {name: instance(result) for name, result in both.items()}
+    told = table({"instances": each})
+    assert "| 0.5 | 1.0 |" in told and "first plan of those that stand, median [s]" in told
     assert "|  | 1.0 |" in table({"instances": {"a": each["a"]}})
+
+
+def test_a_scene_with_plans_and_no_answer_that_stands_has_no_yield():
+    """Two scenes with plans, one of them refuted, and one without: three instances, two yields."""
+    said = {"points": 0, "rollouts": 7, "prepare_s": 0.0, "answer_s": 1.0, "first_s": 0.5}
+    stands = said | {"status": "stands", "yield": [0.6, 0.5, 0.7], "held": [6, 10]}
+    refuted = said | {"status": "refuted"}
+    each = {"a": instance(stands), "b": instance(refuted)}
+    each["c"] = instance(said | {"status": "right"}, good=0)
+    header, _, row = table({"instances": each}).splitlines()
+    assert "| entry | instances | points |" in header and "| one | 3 | 0 |" in row
+    assert "| yield where plans are, mean | of those that stand |" in header
+    assert "| 30 % | 60 % |  | 7 |" in row
+    assert "| 0 % |  |  | 7 |" in table({"instances": {"b": each["b"]}})
+    assert "|  |  |  | 7 |" in table({"instances": {"c": each["c"]}})
 
 
 def test_what_is_certified_is_told_as_a_share_of_the_yield():
@@ -93,9 +125,9 @@ def test_what_is_certified_is_told_as_a_share_of_the_yield():
     stands = said | {"status": "stands", "held": [1, 2]}
     some = stands | {"yield": [0.6, 0.5, 0.7], "certified": 0.8}
     none = stands | {"yield": [0.2, 0.1, 0.3], "certified": None}
-    each = {name: {"entries": {"one": one}} for name, one in {"a": some, "b": none}.items()}
-    assert "| 40 % | 60 % | 7 |" in table({"instances": each})
-    assert "| 20 % |  | 7 |" in table({"instances": {"b": each["b"]}})
+    each = {name: instance(one) for name, one in {"a": some, "b": none}.items()}
+    assert "| 40 % | 40 % | 60 % | 7 |" in table({"instances": each})
+    assert "| 20 % | 20 % |  | 7 |" in table({"instances": {"b": each["b"]}})
 
 
 def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):

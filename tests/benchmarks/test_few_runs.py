@@ -1,0 +1,44 @@
+"""Runs of real logs that no one has seen are counted as runs, of so many recordings."""
+
+from fractions import Fraction
+from types import SimpleNamespace
+
+import numpy as np
+
+from benchmarks import few_runs
+from parc_jax.common.sets.box import box
+from parc_jax.learning.bound.counts import RECORDINGS
+from parc_jax.learning.runs.batch import rollout_batch
+from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.system import time_grid
+
+
+def test_unseen_runs_are_told_as_runs_of_recordings_and_those_outside_k_are_counted(monkeypatch):
+    """Three recordings of two windows each; a window has its k outside of the set's K."""
+    k, wide, time = np.arange(6.0)[:, None], box([0.0], [5.0]), time_grid(0.5, 1.0)
+    unseen = rollout_batch(
+        k,
+        np.zeros((6, time.n_record + 1, 2)),
+        np.zeros((6, 0)),
+        time=time,
+        domain=wide,
+        law=law_spec("file:log", wide, "logged"),
+        groups=np.arange(6) // 2,
+    )
+    claim = SimpleNamespace(discard=1, n=30, unit=RECORDINGS, evidence={"scale": "0.9"})
+    tested = SimpleNamespace(
+        model=SimpleNamespace(domain=box([0.0], [4.5]), claim=claim),
+        starts=lambda key, k, most: [np.zeros((most * (x < 3), 2)) for x in k[:, 0]],
+        share=SimpleNamespace(share=Fraction(1, 2)),
+        scene=None,
+    )
+    step = SimpleNamespace(failed=4, n=33)
+    answer = SimpleNamespace(validation=SimpleNamespace(answer=tested, steps=[step]))
+    monkeypatch.setattr(
+        few_runs, "_went", lambda scene, runs, p0: (p0[:, 0] == 0, runs.k[:, 0] > 0)
+    )
+    said = few_runs.validated(answer, unseen, 0)
+    assert "1 of 30 recordings failed at 0.9, next 4 of 33" in said
+    assert "3 runs of 2 recordings with a start, of 6 runs of 3 recordings" in said
+    assert "1 of these runs outside K, 10 of 30 replays failed" in said
+    assert few_runs._started(unseen, np.zeros(0, int), wide).startswith("0 runs of 0 recordings")
