@@ -123,6 +123,7 @@ def summary(found: list[dict], n: int) -> str:
     reached = [one for one in found if one["reached"] and not one["touched"]]
     seconds = [one["seconds"] for one in reached] or [np.nan]
     missed = [str(one["world"]) for one in found if one not in reached]
+    missed += [f"those of {n - len(found)} without an outcome"] * (len(found) < n)
     cycle, plan = (np.array([one[name] for one in found]) for name in ("cycle_ms", "plan_ms"))
     return "\n".join(
         [

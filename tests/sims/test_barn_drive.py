@@ -230,6 +230,7 @@ def test_episodes_without_an_outcome_count_as_not_reached():
     said = summary(3 * [told], 4)
     assert said.startswith("3 of 4 episodes reached the goal without contact, 1 without an outcome")
     assert "metric 0.375 of 0.5." in said and "without an outcome" not in summary([told], 1)
+    assert said.endswith("Not reached, worlds: those of 1 without an outcome.")
     assert "at most 1240 ms" in said and "at most 9.01 ms" in said
     assert summary([], 4).startswith("0 of 4 episodes reached")
 
