@@ -1,9 +1,9 @@
 """What takes hours: `python -m benchmarks.nightly` (`.ci/nightly` installs what it needs first).
 
-Each campaign is a command of its own with one line of result; as many run at a time as there are
-cores. What is finished for the files that it reads is not run again, so a night that was stopped,
-or whose tests were mended, goes on. The page docs/nightly.md is written anew after every campaign:
-the last result of each, with commit and date.
+Each campaign is a command of its own with one line of result; as many run at a time as `--jobs`, by
+default as there are cores. What is finished for the files that it reads is not run again, so a
+night that was stopped, or whose tests were mended, goes on. The page docs/nightly.md is written
+anew after every campaign: the last result of each, with commit and date.
 """
 
 import hashlib
@@ -210,8 +210,8 @@ def last_line(text: str, code: int) -> str:
     return said.replace("|", "/")[:200]
 
 
-def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
-    """The table of docs/nightly.md, of all campaigns."""
+def page(results: Sequence[Result], known: Sequence[Campaign], jobs: int) -> str:
+    """The table of docs/nightly.md, of all campaigns. jobs: at a time, in the last night."""
     states = sorted({f"{result.commit}, {result.day}" for result in results})
     hours = sum(result.seconds for result in results) / 3600
     failed = [result.name for result in results if not result.passed]
@@ -229,7 +229,7 @@ def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
             "",
             f"Commit and day: {'; '.join(states)}. {os.cpu_count()} cores, Python "
             f"{platform.python_version()}, {hours:.1f} hours in all, "
-            f"{os.cpu_count()} campaigns at a time. "
+            f"campaigns at a time in the last night: {jobs}. "
             + whole
             + (f"Failed: {', '.join(failed)}." if failed else "None failed."),
             "",
@@ -282,8 +282,8 @@ def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PA
         begun = [pool.submit(run_campaign, c, kept[c.name], commit) for c in todo]
         for done in as_completed(begun):
             finished[done.result().name] = done.result()
-            _write(to, before | finished, known)
-    _write(to, before | finished, known)
+            _write(to, before | finished, known, options.jobs)
+    _write(to, before | finished, known, options.jobs)
     return int(not all(result.passed for result in finished.values()))
 
 
@@ -298,8 +298,8 @@ def _newest(campaign: Path) -> Result | None:
     return _finished(records[-1].parent) if records else None
 
 
-def _write(to: Path, finished: dict[str, Result], known: Sequence[Campaign]) -> None:
-    to.write_text(page([finished[c.name] for c in known if c.name in finished], known))
+def _write(to: Path, finished: dict[str, Result], known: Sequence[Campaign], jobs: int) -> None:
+    to.write_text(page([finished[c.name] for c in known if c.name in finished], known, jobs))
 
 
 if __name__ == "__main__":

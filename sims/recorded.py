@@ -29,12 +29,13 @@ class Recorded(NamedTuple):
     gone: int = 0
 
     def counts(self) -> dict[str, int]:
-        """Numbers of runs, of their replays, and of the outcomes."""
+        """Numbers of runs, of those that test nothing, of their replays, and of the outcomes."""
         done = self.runs
         counts = {"runs": len(self.with_start), "with_start": int(self.with_start.sum())}
         counts |= {"replays": len(self.plans), "left_the_tube": int((~done.inside).sum())}
         counts |= {"missed_the_goal": int((~done.reached).sum())}
-        return counts | {"touched": int(done.touched.sum())}
+        counts |= {"touched": int(done.touched.sum())}
+        return counts | {"made_the_tube": self.used, "rows_left_out": self.gone}
 
     def details(self) -> str:
         """One sentence."""

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 import parc_jax as pj
 from parc_jax.common.options import check_count
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import rounded_down, rounded_up
 from sims.barn.drive import SWEEP
 from sims.barn.driver import MODEL, Driver, any_world, content_of
 from sims.barn.worlds import numbers, world
@@ -95,7 +95,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         asked["looks"] = options.looks
         done = pj.drive.drive_episodes(driver, any_world, key, options.episodes, **asked)
         told = [one.told for one in done.driven if not one.failed]
-        return told, f"{summary(told)}\n{of_model}\n{done.details()}"
+        return told, f"{summary(told, done.n)}\n{of_model}\n{done.details()}"
     lines = options.out.read_text().splitlines() if options.out.exists() else []
     ours = [one for one in map(json.loads, lines) if driver.has(one)]
     found = {(one["world"], one["seed"]): one for one in ours}
@@ -111,30 +111,36 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
             with options.out.open("a") as file:
                 file.write(json.dumps(found[number, seed]) + "\n")
     told = [found[each] for each in asked]
-    return told, f"{summary(told)}\n{of_model}"
+    return told, f"{summary(told, len(told))}\n{of_model}"
 
 
-def summary(found: list[dict]) -> str:
-    """The lines that are printed."""
+def summary(found: list[dict], n: int) -> str:
+    """The lines that are printed. found: what is told of those of n episodes with an outcome; the
+    others count as not reached, their metric as 0.
+    """
+    if not found:
+        return f"0 of {n} episodes reached the goal without contact, {n} without an outcome."
     reached = [one for one in found if one["reached"] and not one["touched"]]
     seconds = [one["seconds"] for one in reached] or [np.nan]
     missed = [str(one["world"]) for one in found if one not in reached]
+    missed += [f"those of {n - len(found)} without an outcome"] * (len(found) < n)
     cycle, plan = (np.array([one[name] for one in found]) for name in ("cycle_ms", "plan_ms"))
     return "\n".join(
         [
-            f"{len(reached)} of {len(found)} episodes reached the goal without contact, "
-            f"{sum(one['touched'] for one in found)} touched something, "
+            f"{len(reached)} of {n} episodes reached the goal without contact, "
+            + f"{n - len(found)} without an outcome, " * (len(found) < n)
+            + f"{sum(one['touched'] for one in found)} touched something, "
             f"{sum(one['left'] for one in found)} left a tube, "
             f"{sum(one['drifted'] > 0 for one in found)} drifted beyond what is allowed for; "
-            f"metric {np.mean([one['metric'] for one in found]):.3f} of 0.5.",
+            f"metric {sum(one['metric'] for one in found) / n:.3f} of 0.5.",
             f"Time of those that reached it: median {np.median(seconds):.1f} s, longest "
             f"{max(seconds):.1f} s. Least clearance "
             f"{rounded_down(min(one['clearance'] for one in found))} m.",
             f"A cycle, scan and guidance included, processor time: median "
             f"{np.median(cycle[:, 0]):.1f} ms, 95 % {np.median(cycle[:, 1]):.1f} ms in the middle "
-            f"episode, at most {cycle.max():.0f} ms; of that the loop's step, median "
-            f"{np.median(plan[:, 0]):.1f} ms, at most {plan.max():.0f} ms. Longer than it thinks, "
-            f"{1e3 * THINKS:.0f} ms, took {sum(one['late'] for one in found)} of "
+            f"episode, at most {rounded_up(cycle.max(), 3)} ms; of that the loop's step, median "
+            f"{np.median(plan[:, 0]):.1f} ms, at most {rounded_up(plan.max(), 3)} ms. Longer than "
+            f"it thinks, {1e3 * THINKS:.0f} ms, took {sum(one['late'] for one in found)} of "
             f"{sum(one['cycles'] for one in found)}.",
             f"Not reached, worlds: {', '.join(missed) or 'none'}.",
         ]

@@ -63,7 +63,7 @@ def main() -> None:
         free[0] = False
         print(parted(one, other))
         print(f"  of the {free.sum()} steps after the first that touch nothing:")
-        print(parted(one[free], other[free]))
+        print(parted(one, other, free))
 
 
 if __name__ == "__main__":

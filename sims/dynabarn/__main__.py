@@ -10,9 +10,10 @@ import tyro
 
 import parc_jax as pj
 from parc_jax.common.keys import key_of
-from sims.dynabarn import driver, plain
+from parc_jax.learning.systems.content import whole_digest
+from sims.dynabarn import driver, movers, plain, robot
 from sims.dynabarn.sight import Known, Seen
-from sims.dynabarn.worlds import KINDS, PHASES, Law, World, numbers, world
+from sims.dynabarn.worlds import FILE, KINDS, PHASES, Law, World, numbers, world
 
 PLANNERS = ("loop", "plain")
 
@@ -32,7 +33,9 @@ class Options:
     planners: tuple[str, ...] = PLANNERS
     """loop: proved manoeuvres. plain: the bar."""
     out: Path = Path("runs/dynabarn.jsonl")
-    """A line for each episode; what is there is not driven again. A folder, of episodes."""
+    """A line for each episode; what was driven there with all these options is not driven again. A
+    folder, of episodes.
+    """
     episodes: int = 0
     """So many episodes of the loop in fresh worlds of the law instead, and what they show [T40]."""
     kinds: tuple[str, ...] = tuple(KINDS)
@@ -56,14 +59,26 @@ def episode(
     """Drive one; a line about it."""
     here, key = begun(number, phase), key_of(phase)
     told = {"planner": planner, "world": number, "phase": phase, "lidar": lidar}
-    told["kind"] = here.kind
+    told |= {"kind": here.kind, "driver": digest_of(planner, lidar)}
     sight = (Seen if lidar else Known)(here, np.random.default_rng([number, phase, 1]))
     if planner == "plain":
         return told | plain.drive(here, key, sight)
     one = driver.drive(here, key, sight)
-    if save is not None:
-        driver.save(one, save / f"world_{number}_{phase}.json")
-    return told | driver.told_of(one)
+    told |= driver.told_of(one)
+    if save is not None and told["claimed"]:
+        driver.save(one, file_of(told, save))
+    return told
+
+
+def digest_of(planner: str, lidar: bool) -> str:
+    """Of all that decides its episodes: code, model, networks and worlds."""
+    files = [file.read_bytes() for file in (robot.MODEL, movers.NETWORKS, FILE)]
+    return whole_digest([episode, planner, lidar, files])[:16]
+
+
+def file_of(one: dict, save: Path) -> Path:
+    """Of the episode of a line."""
+    return save / f"world_{one['world']}_{one['phase']}_{one['driver'][:8]}.json"
 
 
 @dataclass(frozen=True)
@@ -94,7 +109,10 @@ def count(options: Options) -> str:
         workers=0,
     )
     told = [one.told for one in done.driven if not one.failed]
-    return f"{table(told)}\n{done.details()}"
+    said = f"{sum(one['reached'] for one in told)} of {done.n} reached the goal"
+    if done.failed:
+        said += f", {done.failed} without an outcome, which the table leaves out"
+    return f"{said}.\n\n{table(told)}\n{done.details()}"
 
 
 def drive(options: Options) -> str:
@@ -105,8 +123,13 @@ def drive(options: Options) -> str:
     if options.save is not None:
         options.save.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    told = list(map(json.loads, lines))
-    done = {(x["planner"], x["world"], x["phase"], x["lidar"]): x for x in told}
+    digests = [digest_of(planner, options.lidar) for planner in options.planners]
+    done = {
+        (one["planner"], one["world"], one["phase"], one["lidar"]): one
+        for one in map(json.loads, lines)
+        if one.get("driver") in digests
+        and (not (options.save and one.get("claimed")) or file_of(one, options.save).exists())
+    }
     # the worlds of all kinds alternate, so that an unfinished run has some of each
     shown = sorted(options.worlds or numbers(), key=lambda number: (number % 20, number))
     asked = [

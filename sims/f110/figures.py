@@ -168,7 +168,7 @@ def more_runs(rows: list[Row], to):
                     *zip(*promised, strict=True), "o--", color=color, markerfacecolor="none"
                 )
         titles = (
-            f"one plan fails [% of {MANY:,}]",
+            f"one plan fails [% of {MANY:,}]; bars: 95 %",
             "safe plans [%]",
             "random plans leave [%]; dashed: promised",
         )

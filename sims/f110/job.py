@@ -26,6 +26,7 @@ from sims.film import headless_mujoco
 
 SIZES = (60, 250, 1000, 7000)
 LEAST = 30  # runs of a laboratory: half of them must do for training
+PICTURES = ("sideslip", "tubes", "more_runs", "repeats_*")
 FILM_S = 240  # [s] most time for the film
 
 
@@ -77,6 +78,10 @@ def job(
     best = next(
         (t for t in reversed(asked) if t.row.claim != PUBLISHED and t.row.plan is not None), None
     )
+    pictures = (f"{name}.{kind}" for name in PICTURES for kind in ("png", "pdf"))
+    written = ("model.npz", "answer.json", "film.gif", *pictures)
+    for old in (each for name in written for each in out.glob(name)):  # of an older study
+        old.unlink()
     if best is not None:
         best.model.model.save(out / "model.npz")
         best.answer.save(out / "answer.json")

@@ -197,11 +197,14 @@ def summary(told: list[dict], n: int, touched: int) -> str:
     took = (
         f", in {np.median(reached):.1f} s (median), at most {max(reached):.1f} s" if reached else ""
     )
+    nearest = [min(one["clearance"] for one in told)] if told else []
     return (
         f"{len(reached)} of {n} reached the goal and were not touched{took}. While a "
-        f"manoeuvre was under way a disc was touched in {touched}, nearest "
-        f"{rounded_down(min(one['clearance'] for one in told), 3)} m; discs ran into the robot at "
-        f"rest in {sum(one['at_rest'] for one in told)}."
+        f"manoeuvre was under way a disc was touched in {touched}"
+        + "".join(f", nearest {rounded_down(metres, 3)} m" for metres in nearest)
+        + f"; discs ran into the robot at rest in {sum(one['at_rest'] for one in told)}"
+        + f"; {n - len(told)} had no outcome" * (len(told) < n)
+        + "."
     )
 
 

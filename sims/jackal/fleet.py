@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import rounded_down, rounded_up
 from sims.jackal import learn as jackal
 from sims.jackal.driven import Driven
 from sims.rectangle import centre_and_corners, rectangle
@@ -56,7 +56,7 @@ class Yard:
             f"{len(came)} of {len(self.arrived)} arrived{last}; "
             f"nearest {rounded_down(100 * self.nearest)} cm; "
             f"{self.left} left a tube in {many:,} manoeuvres; a step took {took[0]:.0f} ms of "
-            f"processor time, {took[1]:.0f} at 95 %, {took[2]:.0f} at most"
+            f"processor time, {took[1]:.0f} at 95 %, {rounded_up(took[2])} at most"
         )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.system import TURNS, TimeGrid, Trajectory, time_grid
 from sims.jackal import params as c
 from sims.jackal.before import running
@@ -172,9 +173,10 @@ def system(
             f"jackal thinking: expected a whole number of ticks of {c.TICK} s, and none of a twin; "
             f"got {thinking!r} s."
         )
-    if not 0 < moving <= t_f - stopping - thinking:
+    most = t_f - stopping - thinking
+    if not 0 < moving <= most:
         raise InputError(
-            f"jackal moving: expected more than 0 and at most {t_f - stopping - thinking:.2f} s, "
+            f"jackal moving: expected more than 0 and at most {rounded_down(most, 3)} s, "
             f"so that a stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
         )
     slower, faster = c.SPEED_BEYOND

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.episode_file import load_episode
 from sims.parking.car import ROLLS_ON, SHARES
 from sims.parking.cases import FILE, GOAL, case, numbers
@@ -82,9 +83,10 @@ def park(number: int, options: Options) -> tuple[Parked, str]:
     loop = loop_of(options.model, options.start, options.heading)
     within = options.within[0], float(np.radians(options.within[1]))
     one = drive(known, loop, jax.random.PRNGKey(options.seed + number), within=within)
-    size, checked = "", ""
+    size, checked, place = "", "", options.out / f"case_{number}.json"
+    for kind in (".json", ".png", ".gif"):  # of an older drive
+        place.with_suffix(kind).unlink(missing_ok=True)
     if one.commitments:
-        place = options.out / f"case_{number}.json"
         place.parent.mkdir(parents=True, exist_ok=True)
         told = {"seconds": one.seconds, "parked": one.reached, "why": one.why}
         told |= {"within": options.within, "clock": "of progress: none passes while it plans"}
@@ -143,9 +145,10 @@ def park_all(options: Options, say=print) -> list[Parked]:
         f"poses known within {100 * options.start:g} cm and "
         f"{np.degrees(options.heading):g} degrees; {touched} touched anything, {left} left a tube, "
         f"nearest {nearest:.0f} cm. Times are driven: none to plan, which takes "
-        f"{1e3 * max(one.thought for one in done):.0f} ms at most while a car rolls."
+        f"{rounded_up(1e3 * max(one.thought for one in done))} ms at most while a car rolls."
     )
-    say(f"Files and pictures: {options.out}. Verify with: parc-jax check {options.out}/case_N.json")
+    verify = f" Verify with: parc-jax check {options.out}/case_N.json"
+    say(f"Files and pictures: {options.out}." + verify * any(one.commitments for one in done))
     told = ("reached", "proved", "touched", "left", "clearance", "why", "seconds")
     rows = [{name: getattr(one, name) for name in told} | {"off": one.off.tolist()} for one in done]
     options.out.mkdir(parents=True, exist_ok=True)

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.common.spelling import rounded_up
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.measure import measure
@@ -116,4 +117,6 @@ if __name__ == "__main__":
     final = model.tube.final[:, : model.n_c].max(axis=1)
     print(model.claim)
     middle = sorted(final)[len(final) // 2]
-    print(f"at rest at most {final.max():.3f} m, in the middle bin {middle:.3f} m")
+    print(
+        f"at rest at most {rounded_up(float(final.max()), 3)} m, in the middle bin {middle:.3f} m"
+    )

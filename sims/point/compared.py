@@ -41,15 +41,22 @@ def rows_of(python: Path, script: Path, *arguments: str) -> tuple[str, list[np.n
     return lines[0]["mujoco"], [np.array(line["rows"]) for line in lines[1:]]
 
 
-def parted(one: np.ndarray, other: np.ndarray) -> str:
-    """What differs between rows (n, m) of both: places first, rewards and costs last."""
-    off = np.abs(one - other)
-    far = np.flatnonzero(off.max(axis=1) > 1e-9)
+def parted(one: np.ndarray, other: np.ndarray, which=slice(None)) -> str:
+    """What differs between rows (n, m) of both, a step each: places first, rewards and costs last.
+    which (n,) bool: the steps to compare.
+    """
+    steps, other = np.arange(len(one))[which], other[which]
+    off = np.abs(one[which] - other)
+    far = steps[off.max(axis=1) > 1e-9]
     return (
         f"  largest difference {off.max():.3g} (place {off[:, :2].max():.3g} m, reward "
         f"{off[:, -2].max():.3g}, cost {off[:, -1].max():.3g}), "
         f"return {other[:, -2].sum():.1f}, cost {other[:, -1].sum():.0f}; "
-        + (f"above 1e-9 from step {far[0]} on" if len(far) else "never above 1e-9")
+        + (
+            f"above 1e-9 in {len(far)} of {len(steps)} steps, the first is step {far[0]}"
+            if len(far)
+            else "never above 1e-9"
+        )
     )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.common.keys import Stage, key_data, stream
-from parc_jax.common.spelling import rounded_down
+from parc_jax.common.spelling import rounded_down, rounded_up
 from sims.point import lidar
 from sims.point.policy import Trained
 from sims.point.together import KITS, Clear, Together, driver_of, outcome
@@ -206,7 +206,9 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
         said += about_shield(told, module.door()["assumed"]["creep"])
     if options.lidar:
         off = max(one["odometry_off"] for one in told)
-        said += [f"assumed: odometry off by at most {lidar.DRIFT:g} m; it was by {off:.5f} m"]
+        said += [
+            f"assumed: odometry off by at most {lidar.DRIFT:g} m; it was by {rounded_up(off, 3)} m"
+        ]
     return done, "\n".join([*said, done.details()])
 
 

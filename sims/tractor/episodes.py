@@ -69,12 +69,14 @@ def drive_yards(options: Options) -> tuple[pj.drive.Episodes, str]:
     done = pj.drive.drive_episodes(driver, any_yard, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
     seconds = [one["seconds"] for one in told if one["reached"]] or [np.nan]
+    nearest = [min(one["clearance"] for one in told)] if told else []
     said = [
         f"Model: {pj.load(model).claim}.",
         f"{sum(one['reached'] for one in told)} of {done.n} reached the end of the yard, in "
-        f"{np.median(seconds):.1f} s (median), at most {max(seconds):.1f} s; nearest "
-        f"{rounded_down(min(one['clearance'] for one in told))} m; "
-        f"{sum(one['committed'] for one in told):,} manoeuvres.",
+        f"{np.median(seconds):.1f} s (median), at most {max(seconds):.1f} s; "
+        + "".join(f"nearest {rounded_down(metres)} m; " for metres in nearest)
+        + f"{done.failed} had no outcome; " * (done.failed > 0)
+        + f"{sum(one['committed'] for one in told):,} manoeuvres.",
         done.details(),
     ]
     return done, "\n".join(said)

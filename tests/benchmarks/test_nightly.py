@@ -40,12 +40,13 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     good, of_good = counting(night, "good", 0)
     bad, of_bad = counting(night, "bad", 3)
     page = night / "nightly.md"
-    options = Options(folder=night / "kept")
+    options = Options(folder=night / "kept", jobs=1)
     for n in (1, 2):
         assert run(options, [good, bad], page) == 1
         assert of_good.read_text() == "x" and of_bad.read_text() == "x" * n
     assert "**Counts**" in page.read_text() and "| `good` | said good |" in page.read_text()
     assert "where this was written: no line." in page.read_text()
+    assert "campaigns at a time in the last night: 1. " in page.read_text()
     assert "**failed**: said bad" in page.read_text() and "Failed: bad." in page.read_text()
     assert run(Options(folder=night / "kept", again=True), [good], page) == 0
     assert of_good.read_text() == "xx"

@@ -221,6 +221,20 @@ def test_a_line_of_other_options_or_without_the_files_that_are_asked_for_is_no_a
     assert replace(driver, film=tmp_path).has(line | {"committed": 0})  # nothing to film
 
 
+def test_episodes_without_an_outcome_count_as_not_reached():
+    from sims.barn.series import summary
+
+    told = {"reached": True, "touched": False, "left": False, "drifted": 0.0, "metric": 0.5}
+    told |= {"seconds": 6.0, "clearance": 0.07, "world": 4, "late": 0, "cycles": 60}
+    told |= {"cycle_ms": [10.0, 12.0, 1234.1], "plan_ms": [5.0, 6.0, 9.01]}
+    said = summary(3 * [told], 4)
+    assert said.startswith("3 of 4 episodes reached the goal without contact, 1 without an outcome")
+    assert "metric 0.375 of 0.5." in said and "without an outcome" not in summary([told], 1)
+    assert said.endswith("Not reached, worlds: those of 1 without an outcome.")
+    assert "at most 1240 ms" in said and "at most 9.01 ms" in said
+    assert summary([], 4).startswith("0 of 4 episodes reached")
+
+
 @pytest.mark.soundness
 @pytest.mark.parametrize("odometry", [False, True])
 def test_what_a_lidar_that_turns_sees_free_is_free(odometry):

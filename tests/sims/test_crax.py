@@ -12,6 +12,7 @@ from sims.crax import judge, sensing, world  # noqa: E402
 from sims.crax.environment import CraxGoal  # noqa: E402
 from sims.crax.guide import CraxGuide  # noqa: E402
 from sims.crax.original import towards  # noqa: E402
+from sims.point.compared import parted  # noqa: E402
 
 # of crax-bench 0.1.0 in float64: level 1, key 0. `sims.crax.compared` compares whole episodes
 GOALS = (0.0, 0.0, 0.0, 0.0, 0.0005729, 0.0032084, 0.0026355, 0.0, 0.0, 0.0025309, 0.0030301)
@@ -40,6 +41,15 @@ def test_a_world_keeps_what_its_law_says():
     round_ = ~true.square
     away = np.linalg.norm(true.goals[1] - true.hazards[round_], axis=1)
     assert (away >= true.sizes[round_] + true.level.goal).all()
+
+
+def test_steps_that_differ_have_their_own_numbers():
+    one, free = np.zeros((100, 8)), np.arange(100) > 50
+    other = one.copy()
+    other[[20, 60], 3] = 1e-3
+    assert parted(one, other).endswith("above 1e-9 in 2 of 100 steps, the first is step 20")
+    assert parted(one, other, free).endswith("above 1e-9 in 1 of 49 steps, the first is step 60")
+    assert parted(one, one, free).endswith("never above 1e-9")
 
 
 def test_cost_is_graded_by_depth_and_by_touch():

@@ -40,6 +40,8 @@ def test_what_came_of_a_crowd_is_told_also_where_nobody_reached_the_goal():
     assert "1 of 2 reached the goal and were not touched, in 20.0 s (median), at most 20.0 s. " in (
         crowd.summary([told, reached], 2, 1)
     )
+    none = crowd.summary([], 2, 0)
+    assert "touched in 0; discs ran into the robot at rest in 0; 2 had no outcome." in none
 
 
 def test_contacts_under_way_and_at_rest_are_told_apart():

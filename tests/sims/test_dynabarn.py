@@ -2,6 +2,7 @@
 that the Jackal crosses by proved manoeuvres.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -106,8 +107,49 @@ def test_a_world_is_crossed_by_proved_manoeuvres(tmp_path):
     told = shell.episode("loop", 1, 0, save=tmp_path)
     assert told["reached"] and told["clearance"] > 0 and not told["left"] and not told["cause"]
     assert sum(told["claimed"].values()) > 50 and "0.6" in told["claimed"]
+    assert told["driver"] == shell.digest_of("loop", lidar=False)  # as before the drive
     assert told["said"].startswith("Until 0.6 s after the pose at ")
-    load_episode(tmp_path / "world_1_0.json")  # raises where the checker rejects it
+    load_episode(shell.file_of(told, tmp_path))  # raises where the checker rejects it
+
+
+def driven(monkeypatch, **told) -> None:
+    """The loop drives nothing, and this is told of it."""
+    told = {"reached": True, "clearance": 0.2, "cause": "", "seconds": 9.0} | told
+    came = SimpleNamespace(touched=False, left=False)
+    monkeypatch.setattr(driver, "drive", lambda *_: came)
+    monkeypatch.setattr(driver, "told_of", lambda one: told)
+    monkeypatch.setattr(driver, "save", lambda one, path: path.write_text("{}"))
+
+
+def test_a_line_of_another_driver_or_without_its_file_is_driven_again(tmp_path, monkeypatch):
+    options = shell.Options(worlds=(1, 2), planners=("loop",), out=tmp_path / "lines")
+    saved = replace(options, save=tmp_path / "files")
+
+    def lines(options) -> tuple[int, int]:
+        """And files."""
+        shell.drive(options)
+        return len(options.out.read_text().splitlines()), len(list(tmp_path.glob("files/*")))
+
+    driven(monkeypatch, claimed={"0.6": 2})
+    assert [lines(options), lines(options)] == [(2, 0)] * 2
+    assert [lines(saved), lines(saved)] == [(4, 2)] * 2
+    assert lines(replace(saved, lidar=True)) == (6, 4)
+    assert lines(saved) == (6, 4)  # its files are still there
+    driven(monkeypatch, claimed={})
+    assert lines(saved) == (8, 4)  # there is no file of no manoeuvre
+    assert lines(saved) == (8, 4)
+
+
+def test_fresh_worlds_without_an_outcome_count_as_not_reached(tmp_path, monkeypatch):
+    def crashes(here, key, sight):
+        if key[1] % 2:
+            raise RuntimeError("the simulator crashed")
+        return SimpleNamespace(touched=False, left=False)
+
+    driven(monkeypatch)
+    monkeypatch.setattr(driver, "drive", crashes)
+    said = shell.drive(shell.Options(episodes=12, kinds=("easy",), out=tmp_path / "law"))
+    assert said.startswith("7 of 12 reached the goal, 5 without an outcome")
 
 
 def test_the_plain_planner_crosses_it_too():

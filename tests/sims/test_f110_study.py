@@ -1,6 +1,8 @@
 """The study of few runs: what it refuses, and a small laboratory from end to end."""
 
 import json
+import sys
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -11,7 +13,9 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.runs.collect import collect
+from sims.f110 import job
 from sims.f110.lesson import Fold, as_if_of, fitted
+from sims.f110.rows import Row, sentence, table
 from sims.f110.system import seen_as, system
 
 
@@ -25,6 +29,27 @@ def test_bad_input_is_refused_with_code_2_before_anything_is_run(tmp_path, capsy
         said = capsys.readouterr()
         assert stop.value.code == 2 and word in said.err and not said.out
     assert not (tmp_path / "new").exists()
+
+
+def test_intervals_bounds_and_promises_have_their_confidence():
+    row = Row(60, "published", "network", None, 0, (0.1, 0.1, 0.1), plan=(0.0,), failed_1000=4)
+    said, (head, line, foot) = sentence(row), table([row])
+    assert "(so 0.109 to 1.03 % of the time, with 95 % confidence)" in said  # 0.1091 to 1.0209 %
+    assert "of 1,000 failed (95 %)" in head and "4 (0.109..1.03 %)" in line
+    assert "eps holds with at least 95 %" in foot and "of a published claim none" in foot
+
+
+def test_files_of_an_older_study_are_gone_where_nothing_is_found(tmp_path, monkeypatch, capsys):
+    older = ("answer.json", "model.npz", "film.gif", "repeats_60_honest.png", "tubes.pdf")
+    for name in (*older, "mine.txt"):
+        (tmp_path / name).touch()
+    runs = SimpleNamespace(select=lambda rows: None)
+    nothing = {"try_starts": None, "collect": runs, "seen_as": None, "models": []}
+    for name, found in nothing.items():
+        monkeypatch.setattr(sys.modules[job.__module__], name, lambda *_, found=found, **__: found)
+    assert job(out=tmp_path, rollouts=60, figures=False, quiet=True) == 1
+    assert {one.name for one in tmp_path.iterdir()} == {"mine.txt", "metrics.json", "table.txt"}
+    assert "Verify with" not in capsys.readouterr().out
 
 
 @pytest.mark.night

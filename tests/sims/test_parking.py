@@ -538,6 +538,20 @@ def test_a_sheet_names_the_cases_that_are_not_parked(tmp_path, monkeypatch):
     assert titles == [name, f"{name}, not parked", f"{name}, not parked"]
 
 
+def test_files_of_an_older_drive_are_gone_where_nothing_is_found(tmp_path, monkeypatch):
+    path, said, module = np.zeros((2, 3)), [], sys.modules[job.__module__]
+    nothing = Parked(
+        False, False, "none", 0.1, 0, 0, 0.0, np.zeros(3), 1.0, 0.0, False, [], path, np.zeros(2)
+    )
+    for name, found in (("drive", nothing), ("loop_of", None), ("sheet", None)):
+        monkeypatch.setattr(module, name, lambda *_, found=found, **__: found)
+    for name in ("case_8.json", "case_8.png", "case_8.gif", "case_2.json"):
+        (tmp_path / name).touch()
+    park_all(Options(case=(8,), out=tmp_path), said.append)
+    assert {one.name for one in tmp_path.iterdir()} == {"case_2.json", "cases.json"}
+    assert "Verify with" not in said[-1]
+
+
 @pytest.mark.slow
 def test_the_shell_parks_a_case(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:

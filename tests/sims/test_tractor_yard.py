@@ -117,6 +117,16 @@ def test_it_learns_and_drives_a_yard_and_its_file_is_accepted(tmp_path):
     assert again.driven == done.driven
 
 
+def test_what_came_of_yards_is_told_also_where_all_of_them_failed(tmp_path, monkeypatch):
+    driven = [SimpleNamespace(failed="no simulator", told={})]
+    done = SimpleNamespace(driven=driven, n=1, failed=1, details=lambda: "(C)")
+    found = {"learn": None, "content_of": "", "pj.load": SimpleNamespace(claim="none")}
+    for name, what in (found | {"pj.drive.drive_episodes": done}).items():
+        monkeypatch.setattr(f"sims.tractor.episodes.{name}", lambda *_, what=what, **__: what)
+    _, said = drive_yards(Options(episodes=1, out=tmp_path))
+    assert "0 of 1 reached" in said and "1 had no outcome; 0 manoeuvres." in said
+
+
 def test_who_finds_nothing_waits_and_gives_up():
     """A loop that commits to nothing: the robot rests until patience ends."""
     nothing = SimpleNamespace(

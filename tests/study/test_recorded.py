@@ -63,12 +63,16 @@ def test_runs_that_made_the_tube_and_rows_left_out_are_said(answer, runs):
     sized = [SHAPE, "log", None, None, sorted(short_ids(runs.select(slice(0, N // 2)).hashes()))]
     claim = derived(answer.model.claim, evidence={SEEN: [sized]})
     tested = SimpleNamespace(model=answer.model.replace(claim=claim), **shown(answer))
-    said = replay_recorded(tested, runs).details()
+    found = replay_recorded(tested, runs)
+    said, counts = found.details(), found.counts()
+    assert counts["made_the_tube"] == N // 2 and counts["rows_left_out"] == 0
     assert f"{N // 2} of these runs made the tube, and do not test it." in said
     assert "left out" not in said
     p = np.array(runs.p)
     p[1::4, -1] = np.nan
-    said = replay_recorded(answer, runs.replace(p=p).finite).details()
+    found = replay_recorded(answer, runs.replace(p=p).finite)
+    said, counts = found.details(), found.counts()
+    assert counts["made_the_tube"] == 0 and counts["rows_left_out"] == N // 4
     assert f" {N // 4} rows of their log were left out." in said and "made the tube" not in said
 
 

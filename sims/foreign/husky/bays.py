@@ -8,7 +8,7 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.common.spelling import rounded_up
+from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.model import load
 from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
@@ -23,7 +23,7 @@ def main() -> None:
     parser.add_argument("--model", type=Path, default=Path("runs/husky/model.npz"))
     planner = Planner(load(parser.parse_args().model))
     claim = planner.model.claim
-    print("width  starts    safe plans  at least of K  at most leave the tube")
+    print("width  starts    safe plans  at least of K (99.9 %)  at most leave the tube (94.9 %)")
     for width in WIDTHS:
         for outside in (False, True):
             answer = planner.solve(
@@ -37,8 +37,8 @@ def main() -> None:
                 continue
             share = answer.share_of_k()
             promise = float(claim.risk(share=share).bound)
-            plans = f"{100 * answer.share.share:9.1f} %  {100 * share:10.1f} %"
-            print(f"{row}  {plans}  {rounded_up(100 * promise, 3)} %", flush=True)
+            plans = f"{100 * answer.share.share:9.1f} %  {rounded_down(100 * share):>19} %"
+            print(f"{row}  {plans}  {rounded_up(100 * promise, 3):>4} %", flush=True)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ python -m sims.foreign.husky.compare
 
 import jax
 
+from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.network.train import train
 from parc_jax.planner import Planner
@@ -22,7 +23,9 @@ def main() -> None:
     log, key = read_log(), jax.random.PRNGKey(0)
     runs = halves(log)
     other = log._replace(number=log.number + 1)  # odd commands train
-    print("network                       tube at the end     status, share of K", flush=True)
+    print(
+        "network                       tube at the end     status, share of K (99.9 %)", flush=True
+    )
     told("twist model, as the study", network(log, key), runs, key)
     told("twist model, halves swapped", network(other, key), halves(other), key)
     for hidden in ((8, 8), (24, 24)):
@@ -35,7 +38,7 @@ def told(name: str, net: ReLUNetwork, runs: Halves, key: jax.Array) -> None:
     model = claimed(net, runs, EPS)
     driving, turning = 100 * model.tube.interval[[0, 2], -1].max(axis=1)
     answer = Planner(model).solve(problem(), key, Settings(samples=10))
-    share = f", at least {100 * answer.share_of_k():.0f} %" if answer.status.found else ""
+    share = f", at least {rounded_down(100 * answer.share_of_k())} %" if answer.status.found else ""
     print(
         f"{name:28}  {driving:.0f} cm, {turning:.0f} cm  {answer.status.label}{share}", flush=True
     )

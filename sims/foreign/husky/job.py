@@ -113,12 +113,14 @@ def told(m: dict, answer: Answer) -> str:
         "training, worst  " + "; ".join(_command(one, ".0f") for one in m["first_look"][:5]),
         "held out, worst  " + "; ".join(_command(one, ".2f") for one in m["worst_commands"][:5]),
         f"safe set         {m['status']}, {m['corridors']} corridors, "
-        f"at least {rounded_down(100 * m['share_of_k'])} % of all commands have a safe start",
+        f"at least {rounded_down(100 * m['share_of_k'])} % of all commands have a safe start "
+        "(99.9 % confidence)",
     ]
     if m["promise"] is not None:
         lines.append(
             "promise          for commands uniform over these, at most "
-            f"{rounded_up(100 * m['promise'], 3)} % leave the tube"
+            f"{rounded_up(100 * m['promise'], 3)} % leave the tube (94.9 % confidence: 95 % of the "
+            "claim, 99.9 % of how many these are)"
         )
     if m["replay"] is not None:
         r = m["replay"]
@@ -126,11 +128,14 @@ def told(m: dict, answer: Answer) -> str:
             f"held-out runs    {r['commands_with_a_safe_start']} of {r['commands']} commands have "
             f"a safe start; {r['replays']} replays: {r['missed_the_goal']} missed the goal, "
             f"{r['touched']} touched, {r['left_the_tube']} left the tube"
+            + f"; {r['made_the_tube']} of these commands made the tube, and do not test it"
+            * (r["made_the_tube"] > 0)
+            + f"; {r['rows_left_out']} rows of their log were left out" * (r["rows_left_out"] > 0)
         )
     u = m["unseen"]
     lines.append(
         f"in order of time {u['later']} of {u['runs']} later runs leave the tube of the earlier "
-        f"half, {u['earlier']} the other way round (claimed: at most "
+        f"half, {u['earlier']} the other way round (claimed at 95 %: at most "
         f"{rounded_up(100 * u['eps'], 3)} %)"
     )
     seconds = sum(stage["seconds"] for stage in m["stages"].values())

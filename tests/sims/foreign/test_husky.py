@@ -1,6 +1,7 @@
 """The log of a real robot: its frames, its law, its halves, and what the study says of it."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +13,10 @@ from parc_jax.app.study import replay
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.learning.network.fit import fit_affine
 from parc_jax.learning.network.train import training_arrays
-from sims.foreign.husky import learn, twist
+from sims.foreign.husky import bays, compare, learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c
-from sims.foreign.husky.job import job, tally
+from sims.foreign.husky.job import job, tally, told
 from sims.recorded import replay_recorded
 
 GAIN = np.array([[0.08, 0.07], [-0.02, 0.03], [-0.17, 0.16]])
@@ -89,6 +90,46 @@ def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
     loose = learn.claimed(affine, runs, 0.1, "most").claim
     assert float(loose.eps) == 0.1 and loose.discard == 4
     assert (loose.tube.interval <= claim.tube.interval).all()
+
+
+def test_the_report_says_of_which_confidence_and_of_which_runs_it_is():
+    names = ("commands", "commands_with_a_safe_start", "replays", "missed_the_goal", "touched")
+    replayed = {**dict.fromkeys([*names, "left_the_tube", "rows_left_out"], 0), "made_the_tube": 97}
+    metrics = {
+        **{"half_width_driving": [0.1], "half_width_turning": [0.1]},
+        **{"eps": 0.0296, "runs_behind_the_claim": 100, "discarded": 0, "status": "found"},
+        **{"first_look": [], "worst_commands": [], "corridors": 1, "share_of_k": 0.5199},
+        **{"promise": 0.05711, "replay": replayed, "stages": {}},
+        "unseen": {"later": 0, "runs": 50, "earlier": 0, "eps": 0.05},
+    }
+    said = told(metrics, SimpleNamespace(details=lambda: ""))
+    assert "at least 51 % of all commands have a safe start (99.9 % confidence)" in said
+    assert "at most 5.72 % leave the tube (94.9 % confidence: 95 % of the claim, 99.9 % of" in said
+    assert "0 left the tube; 97 of these commands made the tube, and do not test it" in said
+    assert "left out\n" not in said and "(claimed at 95 %: at most 5 %)" in said
+    replayed |= {"made_the_tube": 0, "rows_left_out": 3}
+    said = told(metrics, SimpleNamespace(details=lambda: ""))
+    assert "0 left the tube; 3 rows of their log were left out" in said
+
+
+def test_lower_bounds_of_shares_are_rounded_down(affine, runs, monkeypatch, capsys):
+    status = SimpleNamespace(found=True, label="found")
+    found = SimpleNamespace(status=status, share_of_k=lambda: 0.5181)
+    solved = SimpleNamespace(solve=lambda *_: found)
+    monkeypatch.setattr(compare, "Planner", lambda model: solved)
+    compare.told("affine", affine, runs, None)
+    assert capsys.readouterr().out.endswith("found, at least 51 %\n")
+    found.share = SimpleNamespace(share=0.7)
+    claim = SimpleNamespace(risk=lambda share: SimpleNamespace(bound=0.05711))
+    solved.model = SimpleNamespace(claim=claim)
+    monkeypatch.setattr(bays, "load", lambda path: None)
+    monkeypatch.setattr(bays, "Planner", lambda model: solved)
+    monkeypatch.setattr(bays, "WIDTHS", (1.6,))
+    monkeypatch.setattr("sys.argv", ["bays"])
+    bays.main()
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert "at least of K (99.9 %)" in head and len(rows) == 2
+    assert all(row.split()[-5:] == ["%", "51", "%", "5.72", "%"] for row in rows)
 
 
 @pytest.fixture(scope="module")
