@@ -80,7 +80,7 @@ def about_obstacles(problem: Problem, time: TimeGrid) -> str:
     if not some:
         return rests
     moments = [x.at for x in told if x.at is not None]
-    begins = f" that begins at {moments[0]!r} s of a clock" if moments else ""
+    begins = f" that begins at {float(moments[0])!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
         f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} alone: nothing "

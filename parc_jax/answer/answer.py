@@ -85,6 +85,10 @@ class Answer:
                 "answer: expected a validation of this very query; got another's. Solve it anew."
             )
 
+    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
+        vars(self).update(state)
+        self.__post_init__()
+
     def __repr__(self) -> str:
         return f"<{headline(self)}>"
 

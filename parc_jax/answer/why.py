@@ -213,8 +213,8 @@ def _spelled(what: str, row: np.ndarray, most: float, labels) -> tuple[str, str]
     unit = units.pop() if len(units) == 1 else ""
     if others:
         terms = " ".join(f"{row[j]:+.3g} {name_of(labels[j])}" for j in (i, *others))
-        return f"{what} {terms} <= {most:.4g}", unit
-    return f"{what} {name_of(labels[i])} {'<=' if row[i] > 0 else '>='} {most / row[i]:.4g}", unit
+        return f"{what} {terms} <= {most:.9g}", unit
+    return f"{what} {name_of(labels[i])} {'<=' if row[i] > 0 else '>='} {most / row[i]:.9g}", unit
 
 
 def _held(scene: Scene, sides: list[_Side], x: np.ndarray) -> list[_Side]:

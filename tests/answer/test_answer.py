@@ -1,5 +1,6 @@
 """The content of an answer and its refusals, against an answer whose true values are known."""
 
+import copy
 from dataclasses import replace
 from fractions import Fraction
 
@@ -22,7 +23,8 @@ def test_membership_needs_goal_and_start_too():
 def test_plans_of_an_answer_are_not_written_over():
     """Moved in place they were called proved, on its page, by the certificates of others."""
     own = replace(answer(), samples=(plans := answer().samples.copy()))
-    for samples in (own.samples, own.samples[:, :2], answer().samples):
+    copied = copy.deepcopy(own)
+    for samples in (own.samples, own.samples[:, :2], answer().samples, copied.samples):
         with pytest.raises(ValueError, match="read-only"):
             samples += 0.35
     plans += 0.35

@@ -81,6 +81,7 @@ def test_nothing_of_nothing_is_no_yield_and_more_than_succeeds_is_told(monkeypat
     found = {
         "nothing": (none, none),
         "wrong": (none, some),
+        "few": (measured.Share(0.0, 0.0, 0.05), measured.Share(1e-3, 1e-4, 4e-3)),
         "more": (some, most),
         "half": (most, some),
     }
@@ -98,7 +99,7 @@ def test_nothing_of_nothing_is_no_yield_and_more_than_succeeds_is_told(monkeypat
     (table,) = result.tables
     assert {len(row) for row in table.rows} == {len(table.header)}
     told = {row[0]: row[-1] for row in table.rows}
-    assert told["nothing"] == told["missing"] == ""
+    assert told["nothing"] == told["missing"] == told["few"] == ""
     assert told["wrong"] == "**more certified than truly succeed**"
     assert told["half"] == "50 % (25 % to 100 %)"
     assert [bar[0] for bar in result.data["bars"]] == ["more", "half"]

@@ -9,7 +9,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
-from toy_models import assumed, told
+from toy_models import assumed, line_model, told
 from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
@@ -128,9 +128,12 @@ def test_an_update_from_logs_keeps_it(claim, tmp_path):
 def test_a_question_says_what_is_measured_or_is_refused():
     model = cart_model()
     sentence = "expected v0, which cart measures at the start; got no value"
-    with pytest.raises(InputError, match=r"Say Uncertainty\(given=\{'v0': (.*)\}\)") as told:
+    with pytest.raises(InputError, match=r"Say Uncertainty\(given=\{'v0': ") as advice:
         query(SCENE, model).nominal()
-    value = float(re.search(r"'v0': (.*?)\}", str(told.value))[1])
+    other = told(line_model(), given=(1,))  # of another K than that of the cart
+    with pytest.raises(InputError, match=r"Say Uncertainty\(given=\{'k1': 0\}\)"):
+        query(pj.reach_avoid(pj.box([-1.0] * 3, [1.0] * 3), [], 0.05), other).nominal()
+    value = float(re.search(r"'v0': (.*?)\}", str(advice.value))[1])
     asked = SCENE.replace(uncertainty=pj.Uncertainty(given={"v0": value}))
     assert query(asked, model).nominal()  # what is advised is taken
     for uncertainty in (None, pj.Uncertainty(start=0.01), pj.Uncertainty(given={"v": 0.5})):

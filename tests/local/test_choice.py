@@ -1,5 +1,6 @@
 """The plan that is driven: what is said of it, and that no more is said than was seen."""
 
+import copy
 import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -296,6 +297,14 @@ def test_bad_questions_cost_no_look(ask, match):
     with pytest.raises(InputError, match=match):
         ask(fresh, plant(toy.gusty, toy.T))
     assert fresh.looks.taken == 0
+
+
+def test_a_chosen_plan_is_not_written_over(chosen):
+    """Moved in place it was told as tested."""
+    for one in (chosen, copy.deepcopy(chosen), replace(chosen, plan=chosen.plan.copy())):
+        for values in (one.plan, one.p0, one.k):
+            with pytest.raises(ValueError, match="read-only"):
+                values += 5.0
 
 
 def test_a_plan_beside_a_robot_that_left_is_not_localised_and_costs_no_look(chosen):

@@ -626,6 +626,8 @@ def test_all_of_a_free_space_may_be_told_as_gone(line):
 def test_any_clearance_or_none_is_enough(line):
     for least, new in ((-np.inf, True), (np.inf, False)):
         assert loop_of(line).step([0.0, 0.0], [0.25], [WALL], forward, least=least).new is new
+    step = loop_of(line).step([0.0, 0.0], [0.25], [WALL], forward, least=99.1249)
+    assert "is safe with 99.1249 m of clearance" in step.reason  # not 99: some may have that
 
 
 def test_sentences_tell_the_numbers_apart_that_they_compare(line):

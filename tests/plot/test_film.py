@@ -88,9 +88,15 @@ def test_gif_and_frames(tmp_path):
         assert np.abs(np.asarray(gif.convert("RGB")).astype(int) - 160).max() < 8
     folder = write_film(tmp_path / "frames", images, 10.0)
     assert [p.name for p in sorted(folder.iterdir())] == [f"{i:04d}.png" for i in range(5)]
-    (folder / "mine.png").write_bytes(b"")
+    for own in ("mine.png", "2024.png"):
+        (folder / own).write_bytes(b"")
     write_film(folder, images[:2], 10.0)  # the end of a longer film became that of this one
-    assert sorted(p.name for p in folder.iterdir()) == ["0000.png", "0001.png", "mine.png"]
+    assert sorted(p.name for p in folder.iterdir()) == [
+        "0000.png",
+        "0001.png",
+        "2024.png",
+        "mine.png",
+    ]
 
 
 def test_other_samples_than_there_are_are_refused():

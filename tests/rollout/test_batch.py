@@ -2,6 +2,9 @@
 belong together stay together, and messages name the row.
 """
 
+import copy
+import pickle
+
 import jax
 import numpy as np
 import pytest
@@ -145,8 +148,14 @@ def test_what_was_hashed_is_not_written_over(batch):
         array += 0.25
     assert (own.p == batch.p).all() and (own.q == batch.q).all() and (own.k == batch.k).all()
     assert (own.replace(seed=None).hashes() == before).all()
-    for name in ("rows", "k", "p", "q", "groups"):
-        for runs in (own, own.select(slice(0, 3)), batch):
+    rows, lost = np.arange(6), np.arange(6)
+    more = rollout_batch(own.k, own.p, own.q, rows=rows, lost=lost, **told)
+    rows += 1
+    assert more.rows[0] == 0 and more.source[1:] == (0, 5)
+    copies = [copy.deepcopy(own), pickle.loads(pickle.dumps(own)), copy.copy(own)]
+    assert all((one.hashes() == before).all() for one in copies)
+    for name in ("rows", "k", "p", "q", "groups", "lost"):
+        for runs in (own, own.select(slice(0, 3)), batch, more, *copies):
             if (array := getattr(runs, name)) is not None:
                 with pytest.raises(ValueError, match="read-only"):
                     array[:1] = 0

@@ -1,5 +1,7 @@
 """Scenes that cannot have a plan are told so in a sentence, and no others are."""
 
+import re
+
 import jax
 import numpy as np
 import pytest
@@ -205,3 +207,20 @@ def test_outputs_are_within_their_bounds(n_k, rng):
     inside = ((lo[None] <= y[:, None]) & (y[:, None] <= hi[None])).all(axis=2)
     assert inside.any(axis=1).all()
     assert (hi.max(axis=0) - lo.min(axis=0) < 3 * np.ptp(y, axis=0) + 1e-9).all()
+
+
+def test_the_end_that_misses_is_named_with_its_point(rng):
+    """Of several points the x of another one was told as the robot's; and to six digits."""
+    model = points_model(rng)
+    lo, hi = np.full(9, -1e4), np.full(9, 1e4)
+    lo[2], hi[2] = 700.5, 701.5  # the second point ends near 500.123456
+    start = box([500.123456, 0.0], [500.123456, 0.0])
+    found = why(model, box(lo, hi), box([9e3, 9e3], [9.5e3, 9.5e3]), hull("c0"), start=start)
+    assert found.sure and f" of {model.points[1]} at its end is between " in found.words
+    least, most = map(float, re.search(r"between (\S+) and (\S+),", found.words).groups())
+    assert 490 < least < most < 510 and f"{least}" != f"{least:.6g}"
+
+
+def test_a_goal_narrower_than_the_tube_is_told_by_name():
+    said = why(line_model(e=0.01), box([0.0, 0.0, -9.0], [1.0, 0.015, 9.0]), WALL, 0.3).words
+    assert "at the end: its y is 0.015 wide" in said

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from parc_jax.app.cli.options import Offer, Shell
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import listed
 
 Figure = Literal["samples", "regions"]
 # a name, and what draws it on a path
@@ -96,12 +97,12 @@ def plot(
 
 def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
     """The drawing jobs of figures. Raises InputError for one that the answer does not support."""
-    from parc_jax.app.plot.of_answer import FIGURES, figures_of, take_away
+    from parc_jax.app.plot.of_answer import figures_of, pictures
 
     possible = figures_of(answer)
     chosen = possible if wanted is None else wanted
-    if wanted is None:
-        take_away(out, set(FIGURES) - possible.keys())
+    if chosen and (old := [place.name for place in pictures(out) if place.stem not in possible]):
+        print(f"parc-jax: {listed(old)} in {out}: of another answer.", file=sys.stderr)
     for name in chosen:
         if name not in possible:
             raise InputError(f"{name}: this answer has {', '.join(possible) or 'no figure'} only.")

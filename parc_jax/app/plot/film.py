@@ -98,9 +98,10 @@ def write_film(
     out.mkdir(parents=True, exist_ok=True)
     for number, image in enumerate(images):
         imsave(out / f"{number:04d}.png", image)
-    for frame in out.glob("[0-9][0-9][0-9][0-9].png"):  # of a longer film before
-        if int(frame.stem) >= len(images):
-            frame.unlink()
+    number = len(images)  # of a longer film before
+    while (frame := out / f"{number:04d}.png").exists():
+        frame.unlink()
+        number += 1
     return out
 
 

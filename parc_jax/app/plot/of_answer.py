@@ -1,6 +1,6 @@
 """Which figures an answer supports, by name: the one list, for the shell and for the report."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 from parc_jax.answer.answer import Answer
@@ -9,14 +9,11 @@ from parc_jax.app.plot.samples import samples
 from parc_jax.app.study.replay import Replay
 from parc_jax.proof.regions import RegionTable, enumerate_regions
 
-FIGURES = ("samples", "regions")
 
-
-def take_away(folder: Path, names: Iterable[str]) -> None:
-    """Remove pictures of these names, of an answer that was there before."""
-    for name in names:
-        for kind in ("png", "pdf"):
-            (folder / f"{name}.{kind}").unlink(missing_ok=True)
+def pictures(folder: Path) -> list[Path]:
+    """The pictures of figures, and of a study, that are in a folder."""
+    names = (f"{x}.{kind}" for x in ("samples", "regions", "errors") for kind in ("png", "pdf"))
+    return [place for name in names if (place := folder / name).exists()]
 
 
 def figures_of(

@@ -128,11 +128,11 @@ def run_study(
         with watch("validated set"):
             test = Validate(system, study.risk, study.bound.delta)
             answer = validated(answer, key, settings, test, quiet)
-    for name in (METRICS, "near.json", VALIDATED_SET):  # of an older study
-        (out / name).unlink(missing_ok=True)
-    from parc_jax.app.plot.of_answer import FIGURES, take_away
+    from parc_jax.app.plot.of_answer import pictures
 
-    take_away(out, (*FIGURES, "errors"))
+    older = [out / name for name in (METRICS, "near.json", VALIDATED_SET)]
+    for place in [*older, *pictures(out)]:  # of an older study
+        place.unlink(missing_ok=True)
     # before the replay: if that finds a contradiction, the evidence is on disk
     model.save(out / "model.npz")
     answer.save(out / "answer.json")

@@ -9,6 +9,7 @@ import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.answer.risk import measured_of
+from parc_jax.common.arrays import read_only
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.options import check_count
@@ -95,6 +96,8 @@ class Choice:
     unchecked: str = ""
 
     def __post_init__(self) -> None:
+        # written over, it would be told as tested
+        object.__setattr__(self, "plan", read_only(np.array(self.plan)))
         if not self.model.domain.contains(self.k):
             raise InputError(
                 f"choice: expected a plan with k in {self.model.domain.text}; got "
@@ -106,6 +109,10 @@ class Choice:
                     "choice: expected results of this very plan in this scene; got those of "
                     "another. Choose it anew (tested=None, near=None), then test or localise it."
                 )
+
+    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
+        vars(self).update(state)
+        self.__post_init__()
 
     @property
     def driven(self) -> Driven:

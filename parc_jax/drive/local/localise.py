@@ -123,7 +123,7 @@ class Near:
         """The sentence (D ii)."""
         claim, p = self.model.claim, self.model.claim.premises
         box = sides_of(self.model.labels.k, self.model.domain)
-        where = f"Near it: k in N = {box}, {100 * float(self.share):.2g} % of K."
+        where = f"Near it: k in N = {box}, {rounded_up(100 * self.share, 3)} % of K."
         if not claim.tube.claimed.any():
             return f"{where} {claim.details()}"
         lines = [

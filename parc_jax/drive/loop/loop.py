@@ -261,7 +261,7 @@ class Loop:
         if len(order) < len(k):
             more += f"; {len(k) - len(order):,} were left out by prefer"
         if least:
-            more = f" with {least:.2g} m of clearance{more}"
+            more = f" with {exact(least)} m of clearance{more}"
         why = self._scenes.why_none(scene, k, k[order[:judged]]) if explain else ""
         return stop(f"none of {judged:,} candidates is safe{more}{why}")
 

@@ -214,7 +214,8 @@ class ErrorClaim:
             most = float(self.claimed_share)
             if float(share) > most * (1 + ROUNDED):
                 raise InputError(
-                    f"risk: expected a share up to {most:g}, of bins claimed; got {float(share):g}."
+                    f"risk: expected a share up to {exact(most)}, of bins claimed; got "
+                    f"{exact(float(share))}."
                 )
             return risk_of(max(claimed), self.delta, density_of_share(share), shift)
         if self.bin_eps[bin] is None:

@@ -76,6 +76,10 @@ class RolloutBatch:
             if isinstance(array := getattr(self, name), np.ndarray):
                 object.__setattr__(self, name, read_only(array))
 
+    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
+        vars(self).update({name: x for name, x in state.items() if name != "_hashes"})
+        self.__post_init__()
+
     def __repr__(self) -> str:
         return f"RolloutBatch({counted(self.n, 'run')} of {self.name})"
 
@@ -225,7 +229,7 @@ def rollout_batch(
             f"rollouts k: {int(outside.sum())} of {n} outside the domain, first row {first}: "
             f"{k[first]}. Widen it?"
         )
-    rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
+    rows = np.arange(n, dtype=np.int64) if rows is None else np.array(rows, np.int64)
     lost = None if lost is None else np.asarray(lost).astype(np.int64)
     if lost is not None and lost.shape != (n,):
         raise InputError(f"rollouts lost: expected shape ({n},); got {lost.shape}.")

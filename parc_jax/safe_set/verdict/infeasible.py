@@ -23,6 +23,7 @@ from parc_jax.problem.world.outlines import Edge
 from parc_jax.safe_set.verdict.scene import Scene
 
 GROWN = "with obstacles, goal, body and tube as the uncertainty has them, "
+DECIMALS = 9  # of ends in words, which are of float64
 NEAR = 1e-9  # [share of the sizes] by which a body must reach deeper, so that rounding is no word
 
 
@@ -90,7 +91,7 @@ def no_end_fits(scene: Scene) -> str | None:
     if short[:, axis].min() <= 0:
         return f"in every bin of {box} the goal is narrower than the tube's end along some axis."
     return (
-        f"the goal is narrower than the tube at the end: its axis {axis} is "
+        f"the goal is narrower than the tube at the end: its {_named(model, axis)} is "
         f"{exact((hi - lo)[axis])} wide, and the error there is bounded by no less than "
         f"±{rounded_down(str(least[axis]), 3)}."
     )
@@ -183,10 +184,19 @@ def _out_of_reach(scene: Scene) -> str | None:
     label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
     ends, asked = (lo[axis], hi[axis]), (float(goal_lo[axis]), float(goal_hi[axis]))
     return (
-        f"{words}: {name_of(label)} at its end is between {ends[0]:.6g} and {ends[1]:.6g}, the "
-        f"goal asks for {exact(asked[0])} to {exact(asked[1])}."
+        f"{words}: {_named(model, axis)} at its end is between {exact(round(ends[0], DECIMALS))} "
+        f"and {exact(round(ends[1], DECIMALS))}, the goal asks for {exact(asked[0])} to "
+        f"{exact(asked[1])}."
         f"{_turns_hint(model, axis, *ends, *asked)}{degrees_hint(label, *asked)}"
     )
+
+
+def _named(model: TrajectoryModel, axis: int) -> str:
+    """The name of a coordinate of the end, of points and then q."""
+    if axis >= model.n_c:
+        return name_of(model.labels.q[axis - model.n_c])
+    of = f" of {model.points[axis // model.n_p]}" if model.n_points > 1 else ""
+    return f"{name_of(model.labels.p[axis % model.n_p])}{of}"
 
 
 def any_end_is_in(lo: np.ndarray, hi: np.ndarray, model: TrajectoryModel) -> np.ndarray:

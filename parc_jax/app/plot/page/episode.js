@@ -48,13 +48,13 @@ function drawChain(time) {
 function words(number, one, time) {
   const next = data.manoeuvres[number + 1], why = latest(data.reasons, time);
   const kept = why && why[0] > one.begin - 1e-9 ? why : null, waits = time >= one.end - 1e-9;
-  const then = next ? `Left for manoeuvre ${number + 1} at ${next.begin.toFixed(2)} s.` : "No other one follows in this file.";
+  const then = next ? `Left for manoeuvre ${number + 1} at ${spelled(next.begin)} s.` : "No other one follows in this file.";
   const title = kept || waits ? `${waits ? "At the end of" : "The stop in hand:"} manoeuvre ${number}` : `Manoeuvre ${number}`;
   const n = data.obstacles[number];
   $("verdict").className = kept ? "unsafe" : "proved";
   $("verdict").replaceChildren(Object.assign(document.createElement("b"), { textContent: title }),
-    `Proved against ${n} obstacle${n === 1 ? "" : "s"}${data.spans[number] ? " (parts of what moves, each for its time alone, included: nothing is said of it later)" : ""}, for every run inside the tube. Begun at ${one.begin.toFixed(2)} s; that it rests at its end, at ${one.end.toFixed(2)} s, is assumed. ${then}${data.notes}`);
-  $("why").textContent = kept ? `${kept[0].toFixed(2)} s: no new one, since ${kept[1]}.` : "";
+    `Proved against ${n} obstacle${n === 1 ? "" : "s"}${data.spans[number] ? " (parts of what moves, each for its time alone, included: nothing is said of it later)" : ""}, for every run inside the tube. Begun at ${spelled(one.begin)} s; that it rests at its end, at ${spelled(one.end)} s, is assumed. ${then}${data.notes}`);
+  $("why").textContent = kept ? `${spelled(kept[0])} s: no new one, since ${kept[1]}.` : "";
   $("clock").textContent = `${time.toFixed(2)} of ${data.moments[last].time.toFixed(2)} s`;
   $("manoeuvre").value = number;
   $("link").href = `#t=${time.toFixed(2)}`;

@@ -17,7 +17,7 @@ const nameOf = (label) => label.replace(/ \[[^\]]*\]$/, "");
 const origin = data.labels.p.map(() => 0); // a start from which paths are offsets
 const endOf = (p0, k) => model.plan(p0, k).path[model.T][0]; // of the first reference point
 const BY = data.level === "float-bounded" ? "shown in float64" : "proved"; // what the answer's certificates do
-const seconds = (knot) => (knot * data.dt).toFixed(2);
+const seconds = (knot) => spelled(knot * data.dt);
 const partsOf = (pair) => (data.parts.length > 1 ? ` with part ${pair.part}` : "");
 // a bound for people, to three digits: never above the value
 const atLeast = (x) => {

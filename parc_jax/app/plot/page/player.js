@@ -14,3 +14,6 @@ function makePlayer(button, slider, last, seconds, show) {
   };
   return go;
 }
+
+// a time [s], whole: to two digits, or as many as it has
+const spelled = (time) => ((t) => (Number(t.toFixed(2)) === t ? t.toFixed(2) : String(t)))(Number(time.toFixed(9)));
