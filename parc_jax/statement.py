@@ -205,11 +205,11 @@ def about_share(
     of_all = all_plans(from_here, box)
     low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
-    if safe < FEW:
-        return f"{low} % to {high} % of {of_all}, {sure}"
     text = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
-    if around:
-        return f"{text}, counting only those around what a search found"
+    if safe < FEW:
+        text = f"{low} % to {high} % of {of_all}, {sure}{', for all that is uncertain' * doubt}"
+    if around or safe < FEW:
+        return text + ", counting only those around what a search found" * around
     left = share.share / share.reaching if share.reaching else 0.0
     ends = f"{_percent(share.reaching)} end in the goal whatever happens in the tube, from where"
     ends = "with all that is uncertain, " * doubt + ends

@@ -41,7 +41,7 @@ WRONG = {
     ),
     "an answer for a model": (
         lambda: pj.load("runs/answer.json"),
-        r"expected a model .* Try pj.load_answer\(path\) or pj.exchange.load_problem\(path\)",
+        r"expected a model .* Try pj.load_answer\(path\), pj.exchange.load_problem\(path\) or",
     ),
 }
 

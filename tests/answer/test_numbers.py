@@ -13,7 +13,8 @@ from toy_whole import answer
 import parc_jax as pj
 from parc_jax.answer.risk import density_of_k
 from parc_jax.learning.bound.claim import derived
-from parc_jax.safe_set.corridors.sampling import ends_from
+from parc_jax.problem.robust.realisations import Robustness
+from parc_jax.safe_set.corridors.sampling import Place, ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.statement import IN_THE_BOX, set_of
 
@@ -137,3 +138,9 @@ def test_a_few_safe_draws_are_an_interval_and_no_estimate():
         f"Safe under an assumed tube: 0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99."
         in few.summary()
     )
+    place = Place(np.zeros(4), 0.1 * np.eye(4))  # draws of a place alone bound nothing beyond
+    around = replace(few, cover=few.cover._replace(within=place)).summary()
+    assert "with confidence 0.99, counting only those around what a search found." in around
+    asked = replace(few.scene.nominal, uncertainty=Robustness("x", Fraction(0), (2, 2), 4.0, True))
+    doubt = replace(few, scene=replace(few.scene, nominal=asked)).summary()
+    assert "with confidence 0.99, for all that is uncertain." in doubt

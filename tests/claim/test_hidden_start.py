@@ -117,6 +117,9 @@ def test_an_update_from_logs_keeps_it(claim, tmp_path):
     assert order in unnamed.details()
     with pytest.raises(InputError, match="agree; given is 0, beside 1"):
         pj.learning.update(claim, settled_network(), *logs[1:])
+    watch = pj.monitor(claim, settled_network(), share=1.0)
+    with pytest.raises(InputError, match="agree; given is 0, beside 1"):
+        watch.observe(logs[2])  # which says itself what was measured
     np.savez(tmp_path / "other.npz", k=runs.k[:, :1], p=runs.p)
     other = load_rollouts(tmp_path / "other.npz", Cart.time, pj.box([0], [1]))
     with pytest.raises(InputError, match=r"runs of the robot of the claim: .* that agree"):

@@ -207,6 +207,7 @@ def test_what_contradicts_itself_is_refused_though_its_hashes_fit(answer, tmp_pa
         load_answer(other)
 
 
+@pytest.mark.slow  # compiles for a loop
 def test_the_certificate_of_one_manoeuvre_is_no_set_of_plans(tmp_path):
     """It ended in a KeyError; `explain`, `plot` and `header` read by this."""
     place = tmp_path / "one.json"

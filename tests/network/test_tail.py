@@ -53,7 +53,9 @@ def test_hidden_layers_stay_and_a_perfect_fit_is_kept(rng):
     )
     out = fit_tail(net, data)
     np.testing.assert_array_equal(out.weights[0], net.weights[0])
-    data.p[:, 1, 0] = np.maximum(data.k[:, 0], 0) * 0.7 + np.maximum(-data.k[:, 0], 0) * -0.7
+    p = data.p.copy()
+    p[:, 1, 0] = np.maximum(data.k[:, 0], 0) * 0.7 + np.maximum(-data.k[:, 0], 0) * -0.7
+    data = data.replace(p=p)
     assert fit_tail(net, data).hash == net.hash
 
 

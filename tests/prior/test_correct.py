@@ -41,7 +41,8 @@ def test_errors_are_those_of_runs_that_had_not_been_seen():
 
 
 def test_one_run_unlike_all_others_is_not_followed():
-    p = slipping.recorded(K, noise=0.002)
-    p.p[7] += 50.0 * np.linspace(0, 1, p.p.shape[1])[:, None]
-    found = corrected(lambda rows: flat(slipping.recorded(K)), p)
+    runs = slipping.recorded(K, noise=0.002)
+    p = runs.p.copy()
+    p[7] += 50.0 * np.linspace(0, 1, p.shape[1])[:, None]
+    found = corrected(lambda rows: flat(slipping.recorded(K)), runs.replace(p=p))
     assert np.abs(found.more(K)).max() < 0.1

@@ -135,7 +135,9 @@ def test_a_twist_is_taken_where_fresh_runs_would_take_it(n, alone, monkeypatch):
 
 def test_sizes_are_of_all_training_runs_and_failed_ones_have_none():
     runs = slipping.recorded(TRAIN)
-    runs.p[4, 3] = np.inf
+    p = runs.p.copy()
+    p[4, 3] = np.inf
+    runs = runs.replace(p=p)
     found = taught(TWIST, runs, 50, KEY)
     assert np.isinf(found.size).nonzero()[0].tolist() == [4] and found.unseen.n == 59
     picky = Simulator()

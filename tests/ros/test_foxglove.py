@@ -161,6 +161,7 @@ def test_a_path_is_the_robots_own_prediction_and_begins_by_the_clock_of_its_loop
     assert told_of == answer.details() + drawn
 
 
+@pytest.mark.slow  # compiles for itself
 def test_where_plans_choose_not_all_of_k_one_possible_run_is_shown_and_said():
     """The robot's own model knows no path of such a plan."""
     model, goal = line_model(4, 0.01, rests=True), pj.box([-5.0] * 3, [5.0] * 3)

@@ -67,9 +67,9 @@ def test_a_prior_that_is_wrong_costs_width_and_never_the_claim(learned):
 @pytest.mark.slow
 def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
     _, held = RUNS.split(0.5)
-    spoiled = RUNS.replace(p=RUNS.p.copy())
-    rows = held.rows[:3]
-    spoiled.p[rows, 1:] += 5.0
+    p = RUNS.p.copy()
+    p[held.rows[:3], 1:] += 5.0
+    spoiled = RUNS.replace(p=p)
     other = learnt(spoiled).model
     assert other.claim.discard == learned.model.claim.discard
     assert other.claim.eps == learned.model.claim.eps
@@ -79,8 +79,9 @@ def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
 @pytest.mark.night
 def test_training_runs_that_stick_out_advise_discards_and_do_not_widen_the_profile():
     train, held = RUNS.split(0.5)
-    odd = RUNS.replace(p=RUNS.p.copy())
-    odd.p[np.concatenate([train.rows[:3], held.rows[:3]]), 1:] += 3.0
+    p = RUNS.p.copy()
+    p[np.concatenate([train.rows[:3], held.rows[:3]]), 1:] += 3.0
+    odd = RUNS.replace(p=p)
     found = learnt(odd)
     assert 3 <= found.model.claim.discard <= 6 and found.model.tube.final[:, :2].max() < 0.5
     assert f"; {found.model.claim.discard} held-out runs left outside" in found.prior

@@ -323,7 +323,8 @@ def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs outside of the claim. Raises InputError."""
     about, runs = claim.subject, batch.subject
     logged = any(one.system.startswith(LOG) for one in (about, runs))
-    free = ("K", *STATED) if logged else ("K",)
+    free = STATED[:-1] if about.given and runs.given else STATED
+    free = ("K", *free) if logged else ("K",)
     where = f"{batch.name}: runs of the claim about {about.system}"
     about.agree(where, runs, free)
     cuts = claim.law.cut, batch.law.cut

@@ -129,10 +129,11 @@ class Polytopes:
         return [shape.vertices[:, list(dims)] for shape in self._solids]
 
     def centre(self) -> tuple[np.ndarray, float]:
-        """Centre (n_p + n_k,) and radius of the largest ball inside one polytope, in (p0, k) units.
+        """Centre (n_p + n_k,) and radius of the largest ball inside one polytope, in (p0, k) units;
+        of k alone, (n_k,), where all plans have one start.
 
-        The radius is a margin for state-estimation and command error: every plan in the ball is
-        safe. Raises InputError without polytopes.
+        The radius is a margin for command error, and for that of the start where plans have not
+        one: every plan in the ball is safe. Raises InputError without polytopes.
         """
         balls = [chebyshev_center(s) for s in self.sets]
         feasible = [(b.center, float(b.radius)) for b in balls if b.radius >= 0]
