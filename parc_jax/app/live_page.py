@@ -207,7 +207,8 @@ class Page:
         if len(drawn.plans):
             self._show("plans", drawn.plans, PLAN, 0.1)
             told += f", at most {rounded_up(drawn.clearance[0])} m clear"
-            told += "; lines are of one possible run" * bool(drawn.scene.nominal.uncertainty)
+            if drawn.scene.nominal.uncertainty is not None:
+                told += "; lines are of one possible run"
         else:
             self._clear("plans", "body")
         self._set.content = ""  # first: what was measured is not of these plans

@@ -107,16 +107,27 @@ def test_what_was_reserved_before_its_robot_was_seen_outside_is_void():
         planner.solve(asked, jax.random.PRNGKey(0))
 
 
-def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_path):
-    """It began while the other was inside: its repr, its files and its episode said no word."""
+def ahead(seen):
+    """As far along x as it may."""
+    return -seen.path[:, -1, 0]
+
+
+def side_by_side():
+    """Two loops of a kind, and what the second one commits to beside the first, both at 0 s."""
     model = line_model(4, 0.01, rests=True)
     loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
-    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
-    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
+    beside = loop.another()
+    other = loop.step(np.array([0.0, 0.6]), [0.0], [], ahead, at=0.0).committed
     obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
-    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
+    one = beside.step(np.zeros(2), [0.0], obstacles, ahead, at=0.0, spans=spans).committed
+    return loop, beside, one
+
+
+def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_path):
+    """It began while the other was inside: its repr, its files and its episode said no word."""
+    loop, beside, one = side_by_side()
     assert "m clear>" in repr(one) and not one.others_left
-    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=0.5).left
+    assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=0.5).left
     words = "a robot in its way left its tube by 0.5 s"
     assert repr(one).endswith(f", {words}>") and words in one.certificate()["meta"]["rests_on"]
     assert words in beside.go_on("").reason
@@ -130,17 +141,12 @@ def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_
 
 def test_a_robot_in_the_way_that_left_its_next_tube_is_told_too(tmp_path):
     """It replans beside this manoeuvre: outside of what it drives then it may be here as well."""
-    model = line_model(4, 0.01, rests=True)
-    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
-    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
-    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
-    obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
-    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
-    obstacles, spans = pj.drive.reserved(one, 0.5, model.time)
-    there = np.array([0.5 * other.k[0], 0.6])
-    assert loop.step(there, [0.0], obstacles, goes, at=0.5, spans=spans).new
+    loop, beside, one = side_by_side()
+    obstacles, spans = pj.drive.reserved(one, 0.5, one.asked.query.model.time)
+    there = np.array([0.5 * loop.under_way.k[0], 0.6])
+    assert loop.step(there, [0.0], obstacles, ahead, at=0.5, spans=spans).new
     assert "m clear>" in repr(one) and not beside.go_on("").reason
-    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=0.75).left
+    assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=0.75).left
     words = "a robot in its way left its tube by 0.75 s"
     assert repr(one).endswith(f", {words}>") and words in beside.go_on("").reason
     report = checker.check_episode(
@@ -157,15 +163,10 @@ def test_what_was_left_for_another_manoeuvre_before_is_told_as_it_was(seen_at):
     """A sighting after that made no contradiction of a touch that it cannot explain; by one at the
     very moment, as of robots that step together, the tube was left while it was driven.
     """
-    model = line_model(4, 0.01, rests=True)
-    loop = pj.drive.Loop(model, RADIUS, leave=0.5, given=(1,), effort=PATIENT)
-    beside, goes = loop.another(), lambda seen: -seen.path[:, -1, 0]
-    other = loop.step(np.array([0.0, 0.6]), [0.0], [], goes, at=0.0).committed
-    obstacles, spans = pj.drive.reserved(other, 0.0, model.time)
-    one = beside.step(np.zeros(2), [0.0], obstacles, goes, at=0.0, spans=spans).committed
+    loop, beside, one = side_by_side()
     place = np.array([0.5 * one.k[0], 0.0])
-    then = beside.step(place, [0.0], [pj.box([20.0, 20.0], [21.0, 21.0])], goes, at=0.5).committed
-    assert loop.step(np.full(2, 3.0), [0.0], [], goes, at=seen_at).left
+    then = beside.step(place, [0.0], [pj.box([20.0, 20.0], [21.0, 21.0])], ahead, at=0.5).committed
+    assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=seen_at).left
     assert ("m clear>" in repr(one)) == (seen_at > 0.5) and "m clear>" in repr(then)
     drive = lambda *_: pj.drive.Outcome(True, False, {}, [one, then], 1.2)  # noqa: E731
     done = pj.drive.drive_episodes(drive, lambda _: 0, jax.random.key(0), 1, workers=0, quiet=True)

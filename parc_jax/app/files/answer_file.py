@@ -121,7 +121,7 @@ def _meta(part: dict, model: TrajectoryModel) -> dict:
 
 
 def _require_shares(cover: Cover, known: bool) -> None:
-    """Refuse counts and shares that no search ends with. known: so is its end."""
+    """Refuse counts and shares that no search ends with, by InputError. known: so is its end."""
     (drawn, reaching, safe, volume), c = cover[:4], cover.coverage
     known &= 0 <= c.at_least <= c.share <= 1 and 0 < c.confidence < 1
     known &= 0 <= c.fresh_uncovered <= c.fresh_safe and 0 <= safe <= reaching <= drawn

@@ -213,8 +213,8 @@ def rollout_batch(
     k = as_float64("rollouts k", k, (None, domain.n))
     n = k.shape[0]
     points = check_points("rollouts", points)
-    # what was collected is nobody else's, and large
-    p, q = np.array(p, copy=seed is None or None), np.array(q, dtype=np.float64)
+    # a log is its caller's, who may write over it; what was collected is large
+    p, q = np.array(p) if seed is None else np.asarray(p), np.array(q, dtype=np.float64)
     if p.dtype != np.float32:
         p = p.astype(np.float64, copy=False)
     n_p = _check_places(p, n, time, points)

@@ -16,4 +16,7 @@ function makePlayer(button, slider, last, seconds, show) {
 }
 
 // a time [s], whole: to two digits, or as many as it has
-const spelled = (time) => ((t) => (Number(t.toFixed(2)) === t ? t.toFixed(2) : String(t)))(Number(time.toFixed(9)));
+function spelled(time) {
+  const exact = Number(time.toFixed(9)), short = exact.toFixed(2);
+  return Number(short) === exact ? short : String(exact);
+}
