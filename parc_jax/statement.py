@@ -251,6 +251,7 @@ def told_under(answer) -> str:
 def summary(answer, drawn: str) -> str:
     """`Answer.summary`. drawn: the sentence about a drawn plan, of an answer with plans."""
     cover, asked, claim = answer.cover, answer.scene.nominal, answer.model.claim
+    doubt = asked.uncertainty
     lines = [f"{headline(answer)}.", f"Status: {answer.status.text}."]
     why = None if answer.status.found or answer.absence else why_none(answer.scene)
     if why is not None and why.sure:
@@ -262,7 +263,7 @@ def summary(answer, drawn: str) -> str:
             from_here=answer.scene.at is not None,
             around=cover.within is not None,
             box=answer.scene.box_of_k,
-            doubt=asked.uncertainty is not None,
+            doubt=doubt is not None,
         )
         held = about_coverage(answer.coverage, set_of(answer, "the safe set"))
         lines.append(f"Safe{UNSHOWN.get(claim.kind, '')}: {share}.")
@@ -277,7 +278,9 @@ def summary(answer, drawn: str) -> str:
         about_obstacles(asked.problem, answer.model.time),
         cover.ended and cover.ended.sentence,
         asked.pose and about_pose(asked.pose, asked.told.model),
-        asked.uncertainty and f"Robust to: {asked.uncertainty.words}.",
+        # a proof that no plan is safe says in its own sentence what it is robust to
+        doubt and answer.status.found and f"Robust to: {doubt.words}.",
+        doubt and not (answer.status.found or answer.absence) and doubt.meaning,
         answer.validation and answer.validation.summary(),
     ]
     lines += [text for text in more if text]

@@ -14,6 +14,7 @@ from parc_jax.bags.recording import (
     Heard,
     frames_of,
     heard,
+    numbers_in,
     pose_in,
     recordings_in,
     stamp_of,
@@ -22,7 +23,7 @@ from parc_jax.bags.recording import (
 from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, check_kind, naming
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import counted, listed
+from parc_jax.common.spelling import counted, listed, some_of
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import words_of
@@ -51,10 +52,13 @@ class Track(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What one drive told: its track, and commands (n, c) at times (n,) [ns]. clock: in words."""
+    """What one drive told: its track, and commands (n, c) at times (n,) [ns]. clock: in words.
+    beside: other numbers of its commands, by their paths, as texts.
+    """
 
     name: str
     clock: str
+    beside: dict[str, set[str]]
     where: Track
     times: np.ndarray
     commands: np.ndarray
@@ -64,10 +68,9 @@ class Drive(NamedTuple):
         new = part.where.times > self.where.times[-1]
         tracks = self.where[:3], (x[new] for x in part.where[:3])
         times, pose, more = map(np.concatenate, zip(*tracks, strict=True))
-        sent = (np.concatenate(both) for both in zip(self[3:], part[3:], strict=True))
-        return Drive(
-            part.name, self.clock, Track(times, _unwrapped(pose), more, self.where.frames), *sent
-        )
+        sent = (np.concatenate(both) for both in zip(self[4:], part[4:], strict=True))
+        where = Track(times, _unwrapped(pose), more, self.where.frames)
+        return Drive(part.name, self.clock, self.beside, where, *sent)
 
 
 class Windows(NamedTuple):
@@ -108,7 +111,7 @@ def load_bags(
 
     pose: topic of poses: Odometry, PoseStamped, ..., or /tf with frames (parent, child), one edge
     of it. command: topic of commands; k: paths of the numbers in its messages that are k, such as
-    ("linear.x", "angular.z"). given: paths of numbers in the messages of `pose`, measured when a
+    ("linear.x", "angular.z"); others that differ are named with the law. given: paths of numbers in the messages of `pose`, measured when a
     run begins; they are the first parameters, and `given`. A run begins `after` seconds after each
     new command (or an equal one after a pause longer than a run), in the frame of its beginning:
     p [m], of all points of a robot, and q, the turn [rad], which turns with the heading.
@@ -146,6 +149,10 @@ def load_bags(
     runs = Windows(*map(np.concatenate, zip(*chain(*cuts), strict=True)))
     valid, missed, left_out = _valid(path, runs, domain, len(given), short)
     names = [some[-1].name for some in together]
+    # whatever else a command says may matter to the robot, too
+    paths = sorted({x for part in parts for x in part.beside})
+    differ = [x for x in paths if len(set().union(*(part.beside.get(x, ()) for part in parts))) > 1]
+    beside = f"; {some_of(differ)} differed too, and k does not tell it" if differ else ""
     groups = np.repeat(names, [sum(len(cut.k) for cut in some) for some in cuts])[valid]
     runs = Windows(*(part[valid] for part in runs))
     return recorded(
@@ -158,7 +165,7 @@ def load_bags(
         k_law,
         {
             "pose": f"{pose}, {_edges(recordings)}",
-            "command": f"{command}, {', '.join(k)}",
+            "command": f"{command}, {', '.join(k)}{beside}",
             "clock": " or ".join(sorted({part.clock for part in parts})),
             "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
             "recordings": f"one where it goes on within {apart:g} s of another's end",
@@ -186,6 +193,10 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
         if not np.isfinite(values).all():
             raise InputError(f"{command}: expected finite commands; got one that is not.")
+        beside: dict[str, set[str]] = {}
+        for path, x in (of for h in orders for of in numbers_in(h.message).items()):
+            beside.setdefault(path, set()).add(repr(x))
+        beside = {path: texts for path, texts in beside.items() if path not in k}
         # one topic may be on the recorder's clock, for want of headers, the other far from it
         topics = ((pose, poses), (command, orders))
         bare = [topic for topic, some in topics if any(h.stamp is None for h in some)]
@@ -198,7 +209,7 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
             )
     told = f", of {bare[0]} the recorder's, in the median {most:g} s apart at most" if bare else ""
     clock = "recorder" if len(bare) == len(topics) else clock + told * (clock == "header")
-    return Drive(one.name, clock, where, times, values)
+    return Drive(one.name, clock, beside, where, times, values)
 
 
 def _check_robots(together: Sequence[Sequence[Drive]]) -> None:

@@ -101,6 +101,18 @@ def value_at(message, path: str, topic: str) -> float:
     raise InputError(f"{topic}: expected a number at {path}; got {', '.join(names_in(found))}.")
 
 
+def numbers_in(message, path: str = "") -> dict[str, float]:
+    """All numbers in a message, by their paths as of `value_at`, but for those of its header."""
+    if isinstance(message, bool | int | float | np.number | np.bool_):
+        return {path: float(message)}
+    names = [name for name in names_in(message) if path or name != "header"]
+    parts = {name: getattr(message, name) for name in names}
+    if isinstance(message, list | tuple | np.ndarray):
+        parts = {str(i): part for i, part in enumerate(message)}
+    inside = (numbers_in(part, f"{path}.{name}".lstrip(".")) for name, part in parts.items())
+    return {name: value for some in inside for name, value in some.items()}
+
+
 def names_in(message) -> list[str]:
     """Names of the fields of a message."""
     fields = getattr(message, "__dataclass_fields__", None) or getattr(message, "__slots__", ())

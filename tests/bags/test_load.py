@@ -50,6 +50,25 @@ def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
     assert len(set(runs.groups)) == 1
 
 
+@pytest.mark.parametrize("split", [False, True])
+def test_what_differs_in_commands_and_is_not_in_k_is_told(tmp_path, split):
+    """In one file, or from one file to the next."""
+    alone = {"k": ("linear.x",), "domain": pj.box([0.2], [2.0])}
+    same = COMMANDS * [1.0, 0.0]  # turning does not differ
+    if split:
+        bag(tmp_path, name="a", commands=same)
+        bag(
+            tmp_path,
+            name="b",
+            driven=drive(same, begin=1.71e9),
+            commands=same + np.array([0.0, 0.2]),
+        )
+    path = tmp_path if split else bag(tmp_path)
+    runs = pj.exchange.load_bags(path, GRID, **ASKED | alone)
+    assert "linear.x; angular.z differed too, and k does not tell it" in runs.law.describe()
+    assert "differed too" not in pj.exchange.load_bags(path, GRID, **ASKED).law.describe()
+
+
 def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path):
     need("shapely")
     robot = pj.problem.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])

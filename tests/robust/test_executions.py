@@ -115,8 +115,10 @@ def test_no_plan_under_uncertainty_says_what_it_is_about():
     """This question has safe plans; that none is safe is said of those that withstand the
     uncertainty."""
     asked = toy_query.gap().replace(uncertainty=Uncertainty(goal=0.249))
-    none = toy_query.planner().solve(asked, KEY, SMALL).absence
+    answer = toy_query.planner().solve(asked, KEY, SMALL)
+    none, summary = answer.absence, answer.summary()
     said = none.details()
+    assert "Robust to" not in summary and summary.count("Safe means here: safe for every goal") == 1
     assert none.kind == "proved" and "Safe means here: safe for every goal moved by up to" in said
     assert "Safe means" not in toy_query.answer(wall=True).details()
 
