@@ -111,10 +111,11 @@ def load_bags(
 
     pose: topic of poses: Odometry, PoseStamped, ..., or /tf with frames (parent, child), one edge
     of it. command: topic of commands; k: paths of the numbers in its messages that are k, such as
-    ("linear.x", "angular.z"); others that differ are named with the law. given: paths of numbers in the messages of `pose`, measured when a
-    run begins; they are the first parameters, and `given`. A run begins `after` seconds after each
-    new command (or an equal one after a pause longer than a run), in the frame of its beginning:
-    p [m], of all points of a robot, and q, the turn [rad], which turns with the heading.
+    ("linear.x", "angular.z"); the law says which others differed. given: paths of numbers in the
+    messages of `pose`, measured when a run begins; they are the first parameters, and `given`. A
+    run begins `after` seconds after each new command (or an equal one after a pause longer than a
+    run), in the frame of its beginning: p [m], of all points of a robot, and q, the turn [rad],
+    which turns with the heading.
     domain: K; commands outside of it, such as the one to stop, are no runs. k_law, labels: as of
     `load_rollouts`. short: a run cut short by the next command or the end of the recording has
     "failed" and is counted so, or is "dropped", which changes the law of the runs and is yours to

@@ -86,10 +86,12 @@ class Driver:
     """Drives a fresh world with the randomness of a seed, (2,) words; returns an `Outcome`.
 
     Its commitments are not told: each is about who was known, for a part of its time, and a contact
-    with others or later is none of its tubes.
+    with others or later is none of its tubes. content: as of `digest_of`: a folder of episodes
+    goes on with the same model, networks and worlds alone.
     """
 
     lidar: bool
+    content: str
 
     def __call__(self, world: World, seed) -> pj.drive.Outcome:
         sight = (Seen if self.lidar else Known)(world, np.random.default_rng(seed))
@@ -101,7 +103,7 @@ class Driver:
 def count(options: Options) -> str:
     """Drive fresh worlds; returns a table and what is said of the law."""
     done = pj.drive.drive_episodes(
-        Driver(options.lidar),
+        Driver(options.lidar, digest_of("loop", options.lidar)),
         Law(options.kinds),
         key_of(0),
         options.episodes,

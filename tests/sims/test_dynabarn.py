@@ -150,6 +150,9 @@ def test_fresh_worlds_without_an_outcome_count_as_not_reached(tmp_path, monkeypa
     monkeypatch.setattr(driver, "drive", crashes)
     said = shell.drive(shell.Options(episodes=12, kinds=("easy",), out=tmp_path / "law"))
     assert said.startswith("7 of 12 reached the goal, 5 without an outcome")
+    monkeypatch.setattr(shell, "digest_of", lambda *of: "of other networks")
+    with pytest.raises(pj.InputError, match="expected the same drive"):
+        shell.drive(shell.Options(episodes=12, kinds=("easy",), out=tmp_path / "law"))
 
 
 def test_the_plain_planner_crosses_it_too():
