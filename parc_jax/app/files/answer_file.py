@@ -183,5 +183,15 @@ def _no_plan(certificate, volumes, ended: Ended | None, scene: Scene) -> NoPlan 
     kind = PROVED if volumes["kind"] == "proved" else UNDECIDED
     leaves = sum("split" not in node for node in certificate["tree"])
     total = safe + unsafe + undecided
-    told = certificate, leaves, None, 0.0, why_none(scene), scene.nominal.uncertainty, ended
-    return NoPlan(kind, unsafe, total - unsafe, total, *told, scene.model.claim.law.box)
+    return NoPlan(
+        kind,
+        unsafe=unsafe,
+        undecided=total - unsafe,
+        total=total,
+        certificate=certificate,
+        leaves=leaves,
+        reason=why_none(scene),
+        uncertainty=scene.nominal.uncertainty,
+        ended=ended,
+        box=scene.model.claim.law.box,
+    )

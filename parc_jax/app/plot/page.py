@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from parc_jax.proof.certificate.prove import corridor_of
 from parc_jax.proof.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.separation.directions import Run
 from parc_jax.safe_set.separation.pruning import spans_of
 from parc_jax.safe_set.verdict.scene import unpruned_scene
 from parc_jax.statement import resting_on, set_of
@@ -178,10 +180,7 @@ def _plans(answer, polytopes) -> dict:
         if content not in numbers:
             numbers[content] = len(directions)
             pairs = zip(w, support, corridor.runs, strict=False)  # rows behind the pairs only pad
-            # [first, end, w, support of obstacle and part along w] of each run of each pair
-            directions.append(
-                [[[*x[:2], v[x.first].tolist(), float(h[x.first])] for x in y] for v, h, y in pairs]
-            )
+            directions.append([_runs(*pair) for pair in pairs])
         return numbers[content]
 
     def unpruned(one: Corridor) -> Corridor:
@@ -204,6 +203,11 @@ def _plans(answer, polytopes) -> dict:
         ],
         "directions": directions,
     }
+
+
+def _runs(w: np.ndarray, support: np.ndarray, runs: Sequence[Run]) -> list[list]:
+    """[first, end, w, support of obstacle and part along w] of each run of a pair."""
+    return [[*run[:2], w[run.first].tolist(), float(support[run.first])] for run in runs]
 
 
 def outlines(answer, polytopes) -> dict[str, list]:

@@ -139,9 +139,18 @@ def prove_no_plan(scene: Scene, *, limit: Limit, max_leaves: int) -> NoPlan:
     except checker.Rejected:  # a refused certificate proves nothing and is dropped
         kind, plan, ended = UNDECIDED, None, None
         report = {"unsafe": 0, "undecided": root.volume}
-    volumes = Fraction(report["unsafe"]), Fraction(report["undecided"]), root.volume
-    found = plan, search.leaves, search.safe_plan, searched - begin
-    return NoPlan(kind, *volumes, *found, reason=why_none(scene), ended=ended)
+    return NoPlan(
+        kind,
+        unsafe=Fraction(report["unsafe"]),
+        undecided=Fraction(report["undecided"]),
+        total=root.volume,
+        certificate=plan,
+        leaves=search.leaves,
+        safe_plan=search.safe_plan,
+        seconds=searched - begin,
+        reason=why_none(scene),
+        ended=ended,
+    )
 
 
 def _missing(model: TrajectoryModel) -> str | None:
