@@ -15,7 +15,7 @@ from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
-from parc_jax.common.arrays import once, read_only
+from parc_jax.common.arrays import once, read_only, restored
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import as_key, generator
 from parc_jax.common.options import check_count
@@ -85,9 +85,7 @@ class Answer:
                 "answer: expected a validation of this very query; got another's. Solve it anew."
             )
 
-    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
-        vars(self).update(state)
-        self.__post_init__()
+    __setstate__ = restored
 
     def __repr__(self) -> str:
         return f"<{headline(self)}>"

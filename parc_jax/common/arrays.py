@@ -55,6 +55,19 @@ def read_only(array: np.ndarray) -> np.ndarray:
     return view
 
 
+def restored(record, state: dict) -> None:
+    """`__setstate__` of a frozen record: copies and pickles lose the flags of arrays, and what was
+    made of them once is of no others.
+    """
+
+    def kept(value):
+        if type(value) in (list, tuple):
+            return type(value)(map(kept, value))
+        return read_only(value) if isinstance(value, np.ndarray) else value
+
+    vars(record).update({name: kept(x) for name, x in state.items() if name[0] != "_"})
+
+
 def at_least(name: str, value, lowest: float = 0.0) -> float:
     """A finite number that is no less than the lowest. Raises InputError."""
     number = float(as_float64(name, value, ()))

@@ -7,6 +7,8 @@ from typing import dataclass_transform
 
 import jax
 
+from parc_jax.common.arrays import restored
+
 STATIC = "pytree_node"  # metadata of a field: False for what is no array
 
 
@@ -25,4 +27,5 @@ def dataclass(kind):
     jax.tree_util.register_dataclass(kind, arrays, static)
     if "replace" not in vars(kind):
         kind.replace = dataclasses.replace
+    kind.__setstate__ = restored
     return kind

@@ -1,5 +1,6 @@
 """The content of an answer and its refusals, against an answer whose true values are known."""
 
+import copy
 import pickle
 from dataclasses import replace
 from fractions import Fraction
@@ -29,6 +30,20 @@ def test_plans_of_an_answer_are_not_written_over():
             samples += 0.35
     plans += 0.35
     assert (own.samples == answer().samples).all()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_copies_are_not_written_over_and_are_checked_anew(copied):
+    """Another tube, written over that of a copy whose claim had been checked before, was believed."""
+    answer().model.claim.details()
+    problem, model = copied((answer().problem, answer().model))
+    for array in (problem.goal.A, problem.goal.b, *model.net.weights, model.tube.interval):
+        with pytest.raises(ValueError, match="read-only"):
+            array *= 0.5
+    model.tube.interval.setflags(write=True)
+    model.tube.interval[:] += 0.5
+    with pytest.raises(pj.InputError, match="expected the network, tube, K"):
+        model.claim.details()
 
 
 def test_the_share_of_k_is_a_lower_bound():

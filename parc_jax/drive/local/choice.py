@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.answer.risk import measured_of
-from parc_jax.common.arrays import read_only
+from parc_jax.common.arrays import read_only, restored
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.options import check_count
@@ -110,9 +110,7 @@ class Choice:
                     "another. Choose it anew (tested=None, near=None), then test or localise it."
                 )
 
-    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
-        vars(self).update(state)
-        self.__post_init__()
+    __setstate__ = restored
 
     @property
     def driven(self) -> Driven:

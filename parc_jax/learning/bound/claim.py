@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker.claim import words_of
-from parc_jax.common.arrays import once
+from parc_jax.common.arrays import once, restored
 from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
@@ -80,6 +80,8 @@ class ErrorClaim:
     bin_eps: tuple[Fraction | None, ...] | None = None
     intersample: tuple[float, ...] = ()
     hash: str = ""
+
+    __setstate__ = restored  # of a copy it is checked anew
 
     @property
     def domain(self) -> Box:

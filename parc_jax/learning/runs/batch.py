@@ -76,10 +76,6 @@ class RolloutBatch:
             if isinstance(array := getattr(self, name), np.ndarray):
                 object.__setattr__(self, name, read_only(array))
 
-    def __setstate__(self, state: dict) -> None:  # copies and pickles lose flags
-        vars(self).update({name: x for name, x in state.items() if name != "_hashes"})
-        self.__post_init__()
-
     def __repr__(self) -> str:
         return f"RolloutBatch({counted(self.n, 'run')} of {self.name})"
 
