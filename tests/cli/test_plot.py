@@ -110,7 +110,8 @@ def test_pictures_of_another_answer_are_told_where_this_one_has_none(shell, tmp_
     answer = pj.Planner(model).solve(far, jax.random.key(0), pj.Settings(samples=2, work=0.02))
     answer.save(tmp_path / "none.json")
     (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "samples.png").write_bytes(b"")
+    for place in (tmp_path, tmp_path / "old"):
+        (place / "samples.png").write_bytes(b"")
     code, _, complained = shell("plot", "none.json", "--out", "old")
     assert code == 0 and "no plane of parameters to draw" in complained
     assert "samples.png in old: of another answer." in complained
