@@ -207,8 +207,9 @@ def about_share(
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
     text = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
     if safe < FEW:
-        text = f"{low} % to {high} % of {of_all}, {sure}{', for all that is uncertain' * doubt}"
+        text = f"{low} % to {high} % of {of_all}, {sure}"
     if around or safe < FEW:
+        text += ", for all that is uncertain" * doubt
         return text + ", counting only those around what a search found" * around
     left = share.share / share.reaching if share.reaching else 0.0
     ends = f"{_percent(share.reaching)} end in the goal whatever happens in the tube, from where"

@@ -212,7 +212,7 @@ def _spelled(what: str, row: np.ndarray, most: float, labels) -> tuple[str, str]
     units = {unit_of(labels[j]) for j in (i, *others)}
     unit = units.pop() if len(units) == 1 else ""
     if others:
-        terms = " ".join(f"{row[j]:+.3g} {name_of(labels[j])}" for j in (i, *others))
+        terms = " ".join(f"{row[j]:+.9g} {name_of(labels[j])}" for j in (i, *others))
         return f"{what} {terms} <= {most:.9g}", unit
     return f"{what} {name_of(labels[i])} {'<=' if row[i] > 0 else '>='} {most / row[i]:.9g}", unit
 

@@ -144,3 +144,6 @@ def test_a_few_safe_draws_are_an_interval_and_no_estimate():
     asked = replace(few.scene.nominal, uncertainty=Robustness("x", Fraction(0), (2, 2), 4.0, True))
     doubt = replace(few, scene=replace(few.scene, nominal=asked)).summary()
     assert "with confidence 0.99, for all that is uncertain." in doubt
+    many = few.cover._replace(drawn=400, reaching=300, safe=100, within=place)
+    doubt = replace(few, cover=many, scene=replace(few.scene, nominal=asked)).summary()
+    assert "confidence 0.99), for all that is uncertain, counting only those around" in doubt

@@ -10,6 +10,7 @@ from toy_models import assumed, line_model, told
 import parc_jax as pj
 from parc_jax.answer.why import odd_size, why_of
 from parc_jax.app.cli.scene import as_json, verdict
+from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.tube import fitted_tube, tube
@@ -115,10 +116,17 @@ def test_a_goal_too_narrow_by_2_cm():
     assert why.times == (None, None) and "that goal wider by 2.1 cm" in why.text
 
 
+def test_a_slanted_side_is_told_with_the_digits_it_has():
+    """At 3 km, a third to three digits was a side 3 m away."""
+    A, b = np.vstack([np.eye(3), -np.eye(3), [1 / 3, 2 / 3, 0.0]]), np.r_[[1e4] * 6, -3000.5]
+    why = why_not(pj.reach_avoid(HPolytope(A, b), [], 0.2, START))
+    assert "the goal's side +0.333333333 x +0.666666667 y <= -3000.5" in why.blockers
+
+
 def test_a_goal_too_far_from_the_start():
-    goal = pj.box([2.5, -0.2, -9.0], [2.6, 0.2, 9.0])
+    goal = pj.box([2.500123, -0.2, -9.0], [2.6, 0.2, 9.0])
     why = why_not(pj.reach_avoid(goal, [], 0.2), at=(0.0, 0.0))
-    assert why.blockers[0] == "the goal's side x >= 2.5"
+    assert why.blockers[0] == "the goal's side x >= 2.500123"
     assert why.missing == pytest.approx(0.51, abs=1e-3)
 
 

@@ -76,6 +76,17 @@ def test_a_shifted_disturbance_rings(claim):
     assert not calm.alarm
 
 
+def test_a_log_that_says_what_was_measured_is_not_of_a_claim_that_measures_nothing(claim):
+    """A log may be silent of it; what it says, or a simulator, is compared."""
+    runs = collect(plant(exact), KEY, 40, quiet=True)
+    law = law_spec("file:log", runs.domain, claim.law.k_law)
+    about = {"time": runs.time, "domain": runs.domain, "law": law}
+    watch = monitor(claim, NET, share=1.0)
+    assert watch.observe(rollout_batch(runs.k, runs.p, runs.q, **about)).seen == 40
+    with pytest.raises(InputError, match="agree; given is none, beside 0"):
+        watch.observe(rollout_batch(runs.k, runs.p, runs.q, given=(0,), **about))
+
+
 @jax.jit
 def breaks_down(key, k, s):
     """Runs in the right half of K fail."""
@@ -242,6 +253,8 @@ def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(c
     assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(3, 5)
     with pytest.raises(InputError, match=r"a share up to 0\.6, of bins claimed"):
         open_one.risk(share=1.0)
+    with pytest.raises(InputError, match=r"up to 0\.6, of bins claimed; got 0\.60000013\."):
+        open_one.risk(share=0.60000013)
     # blocks of two bins: each has the share of its block in evidence
     blocks = evidence | {"bin_share": ["1", "1"]}
     assert derived(open_one, evidence=blocks).claimed_share == Fraction(0.6)

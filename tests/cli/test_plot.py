@@ -2,9 +2,14 @@
 places.
 """
 
+import jax
+import numpy as np
 import pytest
 import toy_query
 from matplotlib.image import imread
+from toy_models import model_of, random_network
+
+import parc_jax as pj
 
 ROBOT = """
 import jax.numpy as jnp
@@ -95,3 +100,20 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(shell, tmp_path, argume
 def test_model_and_scene_the_wrong_way_round(shell):
     code, _, complained = shell("solve", "scene.toml", "model.npz", "--no-cache")
     assert code == 2 and "Swap the two" in complained
+
+
+def test_pictures_of_another_answer_are_told_where_this_one_has_none(shell, tmp_path):
+    """It said alone that there is nothing to draw, beside pictures of plans."""
+    net = random_network(np.random.default_rng(0), 4, n_k=1)
+    model = model_of(net, pj.box([-1], [1]), np.full((1, 4, 2), 0.01), np.full((1, 3), 0.01))
+    far = pj.reach_avoid(pj.box([500.0] * 3, [501.0] * 3), [], 0.1, pj.box([0, 0], [1, 1]))
+    answer = pj.Planner(model).solve(far, jax.random.key(0), pj.Settings(samples=2, work=0.02))
+    answer.save(tmp_path / "none.json")
+    (tmp_path / "old").mkdir()
+    for place in (tmp_path, tmp_path / "old"):
+        (place / "samples.png").write_bytes(b"")
+    code, _, complained = shell("plot", "none.json", "--out", "old")
+    assert code == 0 and "no plane of parameters to draw" in complained
+    assert "samples.png in old: of another answer." in complained
+    code, _, complained = shell("plot", "none.json", "--html", "old/page.html")
+    assert code == 0 and "of another answer" not in complained  # where nothing is drawn

@@ -109,7 +109,8 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
     always = pj.reach_avoid(toy_query.GOAL, [pj.box([-0.5, 0.3], [0, 0.6])], 0.1, spans=[(0, 3)])
     found = toy_query.planner().solve(always, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     assert "(C)" in found.details() and "told of" not in found.details()
-    then = always.replace(spans=[pj.problem.Span((0, 3), 0.25, 3.5)])  # also of all of a plan
+    late = pj.problem.Span((0, 3), 0.25, np.float64(3.5))  # of all of a plan, by any clock
+    then = always.replace(spans=[late])
     found = toy_query.planner().solve(then, jax.random.PRNGKey(0), pj.Settings(target=0.1))
     said = said.removeprefix("1 obstacle of 1 is ").removesuffix(" alone")
     said += " that begins at 3.5 s of a clock alone"

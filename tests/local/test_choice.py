@@ -304,11 +304,13 @@ def test_a_chosen_plan_is_not_written_over(chosen):
     for one in (
         chosen,
         pickle.loads(pickle.dumps(chosen)),
-        replace(chosen, plan=chosen.plan.copy()),
+        replace(chosen, plan=(own := chosen.plan.copy())),
     ):
         for values in (one.plan, one.p0, one.k):
             with pytest.raises(ValueError, match="read-only"):
                 values += 5.0
+    own += 5.0
+    assert (one.plan == chosen.plan).all()
 
 
 def test_a_plan_beside_a_robot_that_left_is_not_localised_and_costs_no_look(chosen):

@@ -105,3 +105,14 @@ def test_one_scrubs_to_what_was_said(file, tmp_path):
         ink = "[...scene.pen.getImageData(0, 0, scene.canvas.width, scene.canvas.height).data]"
         blue = f"{ink}.filter((v, i, all) => i % 4 === 0 && v === 0 && all[i + 1] === 114).length"
         assert browser.run(blue) > 100
+        # times are told, and a moment is linked to, as they are: by two digits it was another one
+        whole = "data.moments[3].time += 0.0049; go(3); const to = $('link').href.split('#t=')[1];"
+        told = f"{whole} [$('clock').textContent, to, momentOf(Number(to))]"
+        clock, to, moment = browser.run(told)
+        assert len(to) > 4 and clock.startswith(f"{to} of ") and moment == 3
+        later = "data.manoeuvres[2].begin = 5.0625; data.reasons[0][0] += 0.0005; select(1);"
+        said = browser.run(f"{later} go(momentOf(data.reasons[0][0])); $('verdict').textContent")
+        assert "Left for manoeuvre 2 at 5.0625 s." in said
+        assert f"{file[1] + 0.0005:.4f} s: no new one" in browser.run("$('why').textContent")
+        times = browser.run("[2, 0.125, 3 * 0.1, 1 / 3].map(spelled)")
+        assert times == ["2.00", "0.125", "0.30", "0.333333333"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import toy_models
 from toy_bodies import points_model
-from toy_models import fold_model, line_model, random_network
+from toy_models import fold_model, line_model, model_of, random_network
 
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
@@ -219,6 +219,15 @@ def test_the_end_that_misses_is_named_with_its_point(rng):
     assert found.sure and f" of {model.points[1]} at its end is between " in found.words
     least, most = map(float, re.search(r"between (\S+) and (\S+),", found.words).groups())
     assert 490 < least < most < 510 and f"{least}" != f"{least:.6g}"
+
+
+def test_of_two_goal_states_the_one_that_misses_is_named(rng):
+    net, e = random_network(rng, 4, n_q=2), np.full((1, 4, 2), 0.01)
+    model = model_of(net, box([-1, -1], [1, 1]), e, np.full((1, 4), 0.01))
+    goal = box([-9.0, -9.0, -99.0, 50.0], [9.0, 9.0, 99.0, 60.0])
+    words = f"{model.labels.q[1]} at its end is between "
+    said = why(model, goal, WALL, 0.3).words
+    assert words in said and "the goal asks for 50 to 60" in said
 
 
 def test_a_goal_narrower_than_the_tube_is_told_by_name():

@@ -322,11 +322,11 @@ def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
 def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs outside of the claim. Raises InputError."""
     about, runs = claim.subject, batch.subject
-    logged = any(one.system.startswith(LOG) for one in (about, runs))
-    free = STATED[:-1] if about.given and runs.given else STATED
-    free = ("K", *free) if logged else ("K",)
+    logs = [one for one in (about, runs) if one.system.startswith(LOG)]
+    silent = not all(one.given for one in logs)  # a log need not say what was measured
+    free = STATED if silent else STATED[:-1] if logs else ()
     where = f"{batch.name}: runs of the claim about {about.system}"
-    about.agree(where, runs, free)
+    about.agree(where, runs, ("K", *free))
     cuts = claim.law.cut, batch.law.cut
     if all(cut.entries for cut in cuts):  # runs of a simulator are not cut out of anything
         agree(where, *cuts)

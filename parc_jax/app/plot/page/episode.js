@@ -55,9 +55,9 @@ function words(number, one, time) {
   $("verdict").replaceChildren(Object.assign(document.createElement("b"), { textContent: title }),
     `Proved against ${n} obstacle${n === 1 ? "" : "s"}${data.spans[number] ? " (parts of what moves, each for its time alone, included: nothing is said of it later)" : ""}, for every run inside the tube. Begun at ${spelled(one.begin)} s; that it rests at its end, at ${spelled(one.end)} s, is assumed. ${then}${data.notes}`);
   $("why").textContent = kept ? `${spelled(kept[0])} s: no new one, since ${kept[1]}.` : "";
-  $("clock").textContent = `${time.toFixed(2)} of ${data.moments[last].time.toFixed(2)} s`;
+  $("clock").textContent = `${spelled(time)} of ${spelled(data.moments[last].time)} s`;
   $("manoeuvre").value = number;
-  $("link").href = `#t=${time.toFixed(2)}`;
+  $("link").href = `#t=${spelled(time)}`;
   $("k").replaceChildren(...data.k.map((label, i) => {
     const row = document.createElement("tr"), cell = (kind, text) => Object.assign(document.createElement(kind), { textContent: text });
     row.append(cell("th", label), cell("td", one.k[i]));
