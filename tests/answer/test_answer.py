@@ -34,7 +34,7 @@ def test_plans_of_an_answer_are_not_written_over():
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
 def test_copies_are_not_written_over_and_are_checked_anew(copied):
-    """Another tube, written over that of a copy whose claim had been checked before, was believed."""
+    """Another tube, written over that of a copy whose claim was checked before, was believed."""
     answer().model.claim.details()
     problem, model = copied((answer().problem, answer().model))
     for array in (problem.goal.A, problem.goal.b, *model.net.weights, model.tube.interval):

@@ -87,6 +87,8 @@ def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
         (("--out", "answer.json"), "answer.json is a file and no folder. Name another place"),
         (("--html", "answer.json/page.html"), "is a file and no folder"),
         (("--html", "folder.html"), "there is a folder of that name"),
+        (("--html", "p.html", "--sample", "1"), "--sample: expected no such option; they are of"),
+        (("--out", "p", "--system", "toy"), "--system: expected no such option; they are of"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_one_sentence(shell, tmp_path, arguments, message):
@@ -95,6 +97,14 @@ def test_what_cannot_be_drawn_is_refused_in_one_sentence(shell, tmp_path, argume
     code, said, complained = shell("plot", "answer.json", *arguments, "--quiet")
     assert code == 2 and said == "" and message in complained and complained.count("\n") == 1
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_options_of_an_answer_are_refused_of_an_episode(shell, tmp_path):
+    (tmp_path / "drive.json").write_text('{"format": "parc_jax.episode/0"}')
+    options = ("--html", "d.html", "--figures", "samples", "--sample", "3", "--out", "q")
+    code, said, complained = shell("plot", "drive.json", *options)
+    told = "--figures, --out, --sample: expected no such option; an episode has none of it."
+    assert code == 2 and said == "" and told in complained
 
 
 def test_model_and_scene_the_wrong_way_round(shell):

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from toy_file import hashed
 
 import parc_jax as pj
 from parc_jax.answer.looks import Looks, looks_of_json
+from parc_jax.app.cli.scene import as_json, code_of, verdict
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import VALIDATED_SET, explained
@@ -248,6 +250,18 @@ def promised(found):
     span = Span((0, 2), said="That it is there rests on a promise")
     told = replace(found.scene.nominal, problem=found.problem.replace(spans=[span]))
     return replace(found, scene=found.scene.replace(nominal=told))
+
+
+def test_the_shell_names_the_file_of_a_validated_set(answer):
+    """The answer's own file has not the sentence (V), and its exit code was that of no plans."""
+    files = Path("a.json"), Path("a.validated.json")
+    alone = replace(answer, validation=None)
+    told = json.loads(as_json(answer, files[0], None, files[1]))
+    assert told["validated"]["answer"] == "a.validated.json" and told["frame"] == "world"
+    named = "The validated set: parc-jax explain a.validated.json; parc-jax check a.validated.json"
+    assert named in verdict(answer, *files) and named not in verdict(alone, *files)
+    none = replace(answer, samples=answer.samples[:0], cover=answer.cover._replace(corridors=[]))
+    assert (code_of(none), code_of(replace(none, validation=None))) == (0, 1)
 
 
 def test_what_its_obstacles_rest_on_is_said_beside_a_set_and_once(answer):

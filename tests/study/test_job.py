@@ -105,7 +105,8 @@ def test_a_plan_of_another_scene_is_not_explained_beside_an_answer(finished, tmp
     metrics = json.loads((folder / "metrics.json").read_text())
     written = json.dumps(metrics | {"driven": {"statement": "(D) This very plan ..."}})
     (folder / "metrics.json").write_text(written)
-    assert "which nothing checks:\n(D) This very plan" in explained(folder)
+    replayed = "which nothing checks:\nReplay: "  # `run` printed it, and said that all is here
+    assert replayed in explained(folder) and "\n(D) This very plan" in explained(folder)
     problem, planner = load_answer(out / "answer.json").problem, pj.Planner(load(out / "model.npz"))
     few = pj.Settings(samples=2)
     planner.solve(problem, KEY, few).save(folder / "answer.json")

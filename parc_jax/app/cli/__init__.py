@@ -1,6 +1,6 @@
 """The shell: learn a robot, find its safe sets, prove them, draw them.
 
-Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
+Exit codes: 0 an answer, 1 no plan found, or refused by `check`, 2 bad input, 3 a fault in a
 program, or a part that `check --second` did not look at, 130 stopped. Files appear complete or not
 at all, and a stopped `run` or `learn` continues where it was.
 With --verbose every command logs its stages.

@@ -26,7 +26,7 @@ def plot(
     out: Path | None = None,
     figures: tuple[Figure, ...] | None = None,
     video: Path | None = None,
-    sample: int = 0,
+    sample: int | None = None,
     system: str | None = None,
     shell: Annotated[Shell, Offer("app.cli.options.Shell", only=("quiet",))],
 ) -> int:
@@ -47,7 +47,7 @@ def plot(
             --video, without --out.
         video: Film one safe sample: .gif, or a folder of .png files.
             Without a simulator the film shows the model's prediction.
-        sample: Number of the sample that is filmed, from 0.
+        sample: Number of the sample that is filmed, from 0. Default: 0.
         system: Simulator for the film, as for `learn`. Default: the system that the answer names,
             if it is installed.
     """
@@ -64,6 +64,12 @@ def plot(
     if episode and html is None and video is None:
         words = "expected --html FILE, its page, or --video FILE."
         raise InputError(f"{answer} is an episode: {words}")
+    given = {"figures": figures, "out": out} if episode else {}
+    given |= {"sample": sample, "system": system} if episode or video is None else {}
+    if unused := [f"--{name}" for name, value in given.items() if value is not None]:
+        of = "an episode has none of it" if episode else "they are of the film, --video FILE"
+        raise InputError(f"{', '.join(unused)}: expected no such option; {of}. Leave it out.")
+    sample = sample or 0
     if figures is None and out is None and (html is not None or video is not None):
         figures = ()
     drawn_here = figures != () and not episode

@@ -42,6 +42,7 @@ def run(
     """
     from parc_jax.app.cli.places import held, only_of, require_place
     from parc_jax.app.cli.process import during
+    from parc_jax.app.cli.scene import code_of
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
     from parc_jax.app.study.job import METRICS, UNFINISHED, run_study
     from parc_jax.app.study.report import report
@@ -74,4 +75,4 @@ def run(
             black_box, problem, settings, out, shell.seed, **how, during=said, asked=study
         )
     print(json.dumps(outcome.metrics, indent=1) if shell.json else report(outcome, out))
-    return 0 if outcome.answer.status.found else 1
+    return code_of(outcome.answer)

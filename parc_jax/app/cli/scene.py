@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.app.study.report import facts_of, in_the_way, said_of
+from parc_jax.app.study.report import facts_of, in_the_way, said_of, validated
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import exact
 from parc_jax.common.status import Status
@@ -63,34 +63,52 @@ def _numbers(text: str, between: str) -> list[float]:
         return []
 
 
-def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
-    """The facts of an answer for other programs; the answer itself is in its file."""
+def as_json(answer: Answer, path: Path, cold_s: float | None, beside: Path) -> str:
+    """The facts of an answer for other programs; the answer itself is in its file, and its
+    validated set in that `beside` it.
+    """
+    plan, turned = first_plan(answer), answer.scene.nominal.turned
     facts = {
         "answer": str(path),
         "found": answer.status.found,
         "proved_no_plan": answer.status is Status.NO_PLAN,
         "samples": len(answer.samples),
         **facts_of(answer, cold_s),
-        "first": answer.samples[0].tolist() if len(answer.samples) else None,
+        "first": None if plan is None else plan.tolist(),
+        "frame": "robot" if turned else "world",
         "statement": answer.details(),
         "in_the_way": in_the_way(answer),
     }
+    if validated(answer) is not None:
+        facts["validated"]["answer"] = str(beside)
     return json.dumps(facts, indent=1)
 
 
-def verdict(answer: Answer, path: Path, short: bool = False) -> str:
-    """For a terminal, in at most fifteen lines."""
+def code_of(answer: Answer) -> int:
+    """The exit code: 0 with plans, of the safe set or of a validated one, else 1."""
+    return 0 if answer.status.found or validated(answer) is not None else 1
+
+
+def first_plan(answer: Answer) -> np.ndarray | None:
+    """(n_p + n_k,) its first sample, or the plan of its first corridor; None without any."""
+    if len(answer.samples) or not answer.corridors:
+        return answer.samples[0] if len(answer.samples) else None
+    # the exact check may have refused every sample and accepted corridors
+    return np.concatenate([answer.corridors[0].p0, answer.corridors[0].k])
+
+
+def verdict(answer: Answer, path: Path, beside: Path, short: bool = False) -> str:
+    """For a terminal, in at most fifteen lines. beside: the file of its validated set, if any."""
     lines = [said_of(answer)]
-    if answer.status.found and not short:
+    if (plan := first_plan(answer)) is not None and not short:
         n_p, names = answer.model.n_p, answer.model.labels
-        # the exact check may have refused every sample and accepted corridors
-        one = None if len(answer.samples) else answer.corridors[0]
-        plan = answer.samples[0] if one is None else np.concatenate([one.p0, one.k])
         where, how = _named(plan[:n_p], names.p), _named(plan[n_p:], names.k)
         turned = "in the robot's frame, " * answer.scene.nominal.turned
         lines.append(f"For example: {turned}start at {where}, with {how}.")
     if not short:
         lines.append(f"All sentences: parc-jax explain {path}; check: parc-jax check {path}")
+    if validated(answer) is not None:
+        lines.append(f"The validated set: parc-jax explain {beside}; parc-jax check {beside}")
     return "\n".join(lines)
 
 

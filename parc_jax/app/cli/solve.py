@@ -68,8 +68,15 @@ def solve(
     from parc_jax.answer.why import odd_size
     from parc_jax.app.cli.places import require_place
     from parc_jax.app.cli.process import COMPILING, SEARCHING, say
-    from parc_jax.app.cli.scene import as_json, place_of_option, under_uncertainty, verdict
+    from parc_jax.app.cli.scene import (
+        as_json,
+        code_of,
+        place_of_option,
+        under_uncertainty,
+        verdict,
+    )
     from parc_jax.app.cli.systems import asked_of
+    from parc_jax.app.study.report import validated
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
     from parc_jax.learning.labels import degrees_hint
@@ -105,13 +112,14 @@ def solve(
     asked = _tests(learned, runs, **study) if validate or runs or study else None
     answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)
-    wider = None if answer.validation is None else answer.validation.answer
+    wider = validated(answer)
     beside = out.with_suffix(".validated.json")
     beside.unlink(missing_ok=True)  # of an earlier answer
     if wider is not None:
         wider.save(beside)
-    print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, shell.quiet))
-    return 0 if answer.status.found or wider is not None else 1
+    told = as_json(answer, out, cold_s, beside) if shell.json else None
+    print(told or verdict(answer, out, beside, shell.quiet))
+    return code_of(answer)
 
 
 def _tests(model, runs: Path | None, risk: float | None = None):

@@ -55,7 +55,14 @@ def report(outcome: Studied, out: Path) -> str:
     left = [f"{what} ({why})" for what, why in m.get("not_made", {}).items()]
     lines += [f"Not made: {', '.join(left)}."] * bool(left)
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
+    if validated(answer) is not None:
+        lines[-1] += f", and of the validated set: parc-jax check {out}/{VALIDATED_SET}"
     return "\n".join(lines)
+
+
+def validated(answer: Answer) -> Answer | None:
+    """The answer of its validated set, where tests accepted one."""
+    return None if answer.validation is None else answer.validation.answer
 
 
 def said_of(answer: Answer) -> str:
@@ -80,8 +87,8 @@ def asked_of(answer: Answer, claim: str | None) -> str:
 
 def explained(place: Path) -> str:
     """All sentences of a saved answer, which is checked anew; of a study's folder also those of its
-    validated set, and in the study's own words those of the plan to drive and the times of its
-    stages. Raises InputError.
+    validated set, and in the study's own words those of its replay and of the plan to drive, and
+    the times of its stages. Raises InputError.
     """
     folder = place.is_dir()
     answer = load_answer(place / "answer.json" if folder else place)
@@ -98,7 +105,8 @@ def explained(place: Path) -> str:
         return "\n".join(lines)
     with reading(place / METRICS, "the numbers of a study"):
         m = json.loads((place / METRICS).read_text(encoding="utf-8"))
-        driven = [] if m["driven"] is None else [m["driven"]["statement"]]
+        told = _replayed(m["replay"], in_short(answer.model.claim)) if m["replay"] else []
+        told += [] if m["driven"] is None else [m["driven"]["statement"]]
         stages = [
             f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
             for name, s in m["stages"].items()
@@ -110,7 +118,7 @@ def explained(place: Path) -> str:
         )
     head = f"{'stage':<26}{'seconds':>9}{'of it compiling':>17}"
     words = "As the study wrote, which nothing checks:"
-    return "\n".join([*lines, "", words, *driven, head, *stages])
+    return "\n".join([*lines, "", words, *told, head, *stages])
 
 
 def _replayed(r: dict, tube: str) -> list[str]:
