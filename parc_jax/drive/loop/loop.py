@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
-from parc_jax.common.errors import InputError, check_kind, shown
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count, check_kind, shown
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact

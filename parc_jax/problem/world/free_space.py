@@ -10,9 +10,8 @@ import numpy.typing as npt
 from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64, at_least
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.on_use import Late, package
-from parc_jax.common.options import check_count
 from parc_jax.common.said import slot
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES

@@ -9,9 +9,8 @@ import jax
 import numpy as np
 from jaxtyping import ArrayLike
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import generator
-from parc_jax.common.options import check_count
 from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import Solid, sample_solid, solid
