@@ -20,7 +20,7 @@ from parc_jax.learning.network.predict import moved_to, trajectories
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part, separating
-from parc_jax.proof.regions.locate import float_patterns
+from parc_jax.proof.regions.table import float_patterns
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
 from parc_jax.safe_set.corridors.sampling import Place, Points, no_points, points, proposed
 from parc_jax.safe_set.corridors.search import (
