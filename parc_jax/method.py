@@ -9,20 +9,20 @@ the planner's, for every method.
 import time
 from dataclasses import dataclass
 
-import jax
 import numpy as np
 
 from parc_jax.common.keys import folded, generator
 from parc_jax.common.probes import require_sound_arithmetic
+from parc_jax.common.shapes import Key
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.network.predict import moved_to, trajectories
 from parc_jax.proof.absence.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.proof.certificate.prove import prove
 from parc_jax.proof.certificate.write import sample_part, separating
-from parc_jax.proof.regions.locate import float_patterns
+from parc_jax.proof.regions.table import float_patterns
 from parc_jax.safe_set.corridors.rare import where_around, where_safe
-from parc_jax.safe_set.corridors.sampling import Place, Points, no_points, points, proposed
+from parc_jax.safe_set.corridors.sampling import Points, no_points, points, proposed
 from parc_jax.safe_set.corridors.search import (
     UNTIMED,
     Cover,
@@ -31,7 +31,7 @@ from parc_jax.safe_set.corridors.search import (
     draw_safe_plans,
 )
 from parc_jax.safe_set.corridors.stopping import Limit, nothing_covered
-from parc_jax.safe_set.settings import Settings, Work, work_of
+from parc_jax.safe_set.settings import Settings, work_of
 from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, lowered
@@ -49,16 +49,14 @@ class Exact:
 
     around: tuple[np.ndarray, np.ndarray] | None = None
 
-    def search(
-        self, scene: Scene, key: jax.Array, settings: Settings
-    ) -> tuple[Cover, NoPlan | None]:
+    def search(self, scene: Scene, key: Key, settings: Settings) -> tuple[Cover, NoPlan | None]:
         """Cover the safe set of a scene. Consumes `key`."""
         rng = generator(key)
         cover, no_plan = self._search(scene, key, rng, settings)
         return cover.pick(rng, settings.samples), no_plan
 
     def _search(
-        self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
+        self, scene: Scene, key: Key, rng: np.random.Generator, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
         begin = time.perf_counter()
         limit = Limit(settings.budget_s)
@@ -83,7 +81,12 @@ class Exact:
             leaves = min(work.leaves, MAX_LEAVES)
             # of what is there alone: boxes look at all of it
             no_plan = prove_no_plan(lowered(scene.nominal), limit=limit, max_leaves=leaves)
-            within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
+            # around the safe plan that it came across, or, where it proved nothing, where larger
+            # populations climb to, if an end fits the goal
+            if no_plan.safe_plan is not None:
+                within = where_around(scene, rng, *no_plan.safe_plan, limit)
+            elif not (hopeless or no_plan.kind == PROVED or limit.over()):
+                within = where_safe(scene, rng, work.population, limit)
         if limit.cut:  # by the local search or the proof; draws report their own end
             found = found._replace(ended=Ended.SECONDS)
         if within is None:
@@ -123,24 +126,6 @@ def _nothing(scene: Scene, settings: Settings) -> Cover:
     return Cover(0, 0, 0, float("nan"), no_points(scene.model), none, ended=None)
 
 
-def _elsewhere(
-    no_plan: NoPlan,
-    hopeless: bool,
-    scene: Scene,
-    rng: np.random.Generator,
-    work: Work,
-    limit: Limit,
-) -> Place | None:
-    """Where to draw after branch and bound: around the safe plan that it came across, or where
-    larger populations climb to, where it proved nothing. hopeless: no end fits the goal.
-    """
-    if no_plan.safe_plan is not None:
-        return where_around(scene, rng, *no_plan.safe_plan, limit)
-    if hopeless or no_plan.kind == PROVED or limit.over():
-        return None
-    return where_safe(scene, rng, work.population, limit)
-
-
 ROUNDS, DRAWN = 8, 64  # of draws for a first plan, and plans in each
 LOOKED_AT = 512  # pairs of a plan and an obstacle in a round: a quarter of a second
 
@@ -152,9 +137,7 @@ class FirstProved:
     share is counted. Where there is none, as `Exact`. [T12a, T15]
     """
 
-    def search(
-        self, scene: Scene, key: jax.Array, settings: Settings
-    ) -> tuple[Cover, NoPlan | None]:
+    def search(self, scene: Scene, key: Key, settings: Settings) -> tuple[Cover, NoPlan | None]:
         """A cover of one plan. Consumes `key`. Raises SoundnessError."""
         begin, rng = time.perf_counter(), generator(key)
         for _ in range(ROUNDS):

@@ -10,9 +10,8 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.common.errors import InputError, expected, reading
+from parc_jax.common.errors import InputError, check_count, expected, reading
 from parc_jax.common.keys import Stage, as_key, key_of, stream
-from parc_jax.common.options import check_count
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
 from parc_jax.learning.model import TrajectoryModel, check_model

@@ -363,7 +363,7 @@ CARRIED = (
     ),
     Fault(
         "an_update_from_calibration_runs",
-        "monitor._require_new",
+        "monitor.require_new",
         'if (old := made != "").any():',
         'if (old := made == " ").any():',
         "tests/claim/test_carried.py::test_an_update_is_of_the_same_kind_and_of_new_runs",

@@ -28,8 +28,8 @@ from parc_jax.drive.local.trials import run_once
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.counts import clopper_pearson, required_runs
 from parc_jax.learning.bound.measure import Scores, scores_of
-from parc_jax.learning.bound.monitor import monitor, update
-from parc_jax.learning.bound.pipeline import bound_error, learn_profile
+from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.pipeline import bound_error, learn_profile, update
 from parc_jax.learning.bound.profile import fitted_profile
 from parc_jax.learning.model import trajectory_model
 from parc_jax.learning.runs.collect import collect, stream_rollouts

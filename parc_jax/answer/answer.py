@@ -16,9 +16,8 @@ from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.arrays import once, read_only, restored
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import as_key, generator
-from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text
 from parc_jax.common.status import Status
 from parc_jax.learning.bound.claim import recorded

@@ -14,9 +14,8 @@ import jax
 import numpy as np
 
 from parc_jax.common.arrays import content_hash
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage, folded, stream
-from parc_jax.common.options import check_count
 from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.learning.bound.counts import as_probability
 

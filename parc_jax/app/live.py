@@ -21,7 +21,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.said import without_braces
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.common.sets.hull import convex_hull
+from parc_jax.common.sets.hull import around_box, convex_hull
 from parc_jax.common.spelling import listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
@@ -31,7 +31,7 @@ from parc_jax.planner import Planner, Prepared
 from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import Problem, box_of_rows, goal_box
 from parc_jax.problem.problem_file import problem_text
-from parc_jax.problem.robust.nominal import around_box, query
+from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.safe_set.batch.estimate import all_around
 from parc_jax.safe_set.corridors.first import MOST, preferred

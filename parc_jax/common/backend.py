@@ -173,3 +173,23 @@ def _sharded(one: Callable, loop: bool, mesh: jax.sharding.Mesh):
     specs = {"mesh": mesh, "in_specs": (rows, rows, rows, everywhere), "out_specs": rows}
     # the checker of replication does not see through loops whose first state is a constant
     return jax.jit(jax.shard_map(partial(_many, one, loop), **specs, check_vma=False))
+
+
+def while_open(one: Callable, state: tuple, of: Any, at_once: tuple[int, int]) -> tuple:
+    """The state, of rows, of which the first (b,) bool says where `one` is asked again: (state, of)
+    -> state, of one row; until it is nowhere. Kernel.
+
+    at_once: rows that are asked in one round where they run in turn, and of the last ones.
+    """
+    n, (most, few) = len(state[0]), at_once
+
+    def some(state: tuple, size: int):
+        at = jnp.nonzero(state[0], size=size, fill_value=n)[0]
+        rows = jax.tree.map(lambda x: x.at[at].get(mode="clip"), (state, of))
+        new = jax.vmap(one)(*rows)
+        return tuple(x.at[at].set(y, mode="drop") for x, y in zip(state, new, strict=True))
+
+    for size, left in ((most, few), (few, 0)) if backend().in_turn else ((n, 0),):
+        more = partial(lambda state, left: state[0].sum() > left, left=left)
+        state = jax.lax.while_loop(more, partial(some, size=min(size, n)), state)
+    return state

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from numbers import Integral
 from typing import Any
 
 # of data that are not as they were written, whoever reads them
@@ -30,6 +31,12 @@ def check_kind(name: str, value: object, kind: Any) -> None:
     if not isinstance(value, kind):
         told = getattr(kind, "__name__", kind)  # of several
         raise InputError(f"{name}: expected {told}; got {shown(value)}.")
+
+
+def check_count(name: str, value, least: int, hint: str) -> None:
+    """Raises InputError for a value that is no whole number, or too small a one."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(expected(name, f"a whole number >= {least}", value, hint))
 
 
 def shown(value: object, most: int = 60) -> str:

@@ -8,10 +8,9 @@ import functools
 import inspect
 import itertools
 import textwrap
-from numbers import Integral
 from typing import Self
 
-from parc_jax.common.errors import InputError, expected
+from parc_jax.common.errors import InputError
 
 
 class Options:
@@ -54,9 +53,3 @@ def told(kind: type) -> dict[str, str]:
                     words = ast.literal_eval(text.value).split()
                     found[field.target.id] = " ".join(words)  # type: ignore[union-attr]
     return found
-
-
-def check_count(name: str, value, least: int, hint: str) -> None:
-    """Raises InputError for a value that is no whole number, or too small a one."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
-        raise InputError(expected(name, f"a whole number >= {least}", value, hint))

@@ -1,7 +1,6 @@
 """The shield for batches of environments: pure functions of arrays, to be jitted. [T37, T38]"""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -10,7 +9,7 @@ import numpy as np
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import at_least, least, single
-from parc_jax.common.backend import backend
+from parc_jax.common.backend import backend, while_open
 from parc_jax.common.errors import InputError, reading
 from parc_jax.drive.loop import candidates as listed
 from parc_jax.drive.loop.commitment import ROUNDED, SAME
@@ -30,8 +29,8 @@ from parc_jax.safe_set.verdict.outline import require_same
 from parc_jax.safe_set.verdict.pointwise import prediction
 from parc_jax.safe_set.verdict.scene import CORNERS, SceneArrays
 
-AT_ONCE, FEW = 32, 8  # environments of which alternatives are looked at in one round, and of the
-TOGETHER = 8  # last ones; a GPU takes all, and of each so many alternatives
+AT_ONCE = 32, 8  # environments of which alternatives are looked at in one round, and of the last
+TOGETHER = 8  # ones; a GPU takes all, and of each so many alternatives
 NEAREST = 2  # obstacles whose gaps have a direction for each interval, not boxes alone
 RANKED, EVERY, FAN = 4, 2, 128  # what ranking looks at: nearest obstacles, of knots, directions
 SEEN = 1e-3  # [m] by which ranking may take a clearance for too small
@@ -260,9 +259,9 @@ class BatchShield:
         may, good = reason == 0, (reason == 0) & (clear > 0) & (clear >= self._room)
         far = jnp.full((len(k), len(self._rows)), jnp.inf)
         state = may & ~good, far, k, jnp.where(good, clear, -jnp.inf)
-        _, far, *state = _while_open(ranked, state, (seen, asked))
+        _, far, *state = while_open(ranked, state, (seen, asked), AT_ONCE)
         state = jnp.isfinite(far).any(axis=1), far, *state
-        _, _, k, clear = _while_open(judged, state, (seen, asked))
+        _, _, k, clear = while_open(judged, state, (seen, asked), AT_ONCE)
         good = clear > 0
         new = last.replace(k=k, pose=seen.pose, steps=jnp.zeros(len(k)), clearance=clear)
         at = {1: good, 2: good[:, None]}
@@ -384,24 +383,6 @@ def _real(name: str, x: jax.Array) -> jax.Array:
     if jnp.iscomplexobj(x):
         raise InputError(f"{name}: expected real numbers; got complex ones.")
     return x
-
-
-def _while_open(one: Callable, state: tuple, of: Any) -> tuple:
-    """The state, rows of environments, of which the first (b,) bool says where `one` is asked
-    again: (state, of) -> state, of one environment; some at once, until it is nowhere.
-    """
-    n = len(state[0])
-
-    def some(state: tuple, size: int):
-        at = jnp.nonzero(state[0], size=size, fill_value=n)[0]
-        rows = jax.tree.map(lambda x: x.at[at].get(mode="clip"), (state, of))
-        new = jax.vmap(one)(*rows)
-        return tuple(x.at[at].set(y, mode="drop") for x, y in zip(state, new, strict=True))
-
-    for size, left in ((AT_ONCE, FEW), (FEW, 0)) if backend().in_turn else ((n, 0),):
-        more = partial(lambda state, left: state[0].sum() > left, left=left)
-        state = jax.lax.while_loop(more, partial(some, size=min(size, n)), state)
-    return state
 
 
 def _from_robot(seen: Seen) -> jax.Array:

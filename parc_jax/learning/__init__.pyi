@@ -4,8 +4,8 @@ from parc_jax.learning.bound.claim_file import load_claim as load_claim
 from parc_jax.learning.bound.counts import required_runs as required_runs
 from parc_jax.learning.bound.declared import assumed_claim as assumed_claim
 from parc_jax.learning.bound.declared import declared_claim as declared_claim
-from parc_jax.learning.bound.monitor import update as update
 from parc_jax.learning.bound.pipeline import bound_error as bound_error
+from parc_jax.learning.bound.pipeline import update as update
 from parc_jax.learning.bound.start_gap import translation_gap as translation_gap
 from parc_jax.learning.bound.tube import tube as tube
 from parc_jax.learning.model import trajectory_model as trajectory_model

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from parc_jax.common.errors import InputError, reading
-from parc_jax.common.options import Options, check_count
+from parc_jax.common.errors import InputError, check_count, reading
+from parc_jax.common.options import Options
 
 LOOKS = 60  # at fresh draws of at most 2^18 plans each
 CORRIDORS = 4096  # tried; of a batch the best are kept

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 import parc_jax as pj
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import check_count
 from parc_jax.common.spelling import rounded_down, rounded_up
 from sims.barn.drive import SWEEP
 from sims.barn.driver import MODEL, Driver, any_world, content_of

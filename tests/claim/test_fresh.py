@@ -12,8 +12,8 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.fresh import left_out_beside, seen_in_training
-from parc_jax.learning.bound.monitor import monitor, update
-from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.monitor import monitor
+from parc_jax.learning.bound.pipeline import bound_error, update
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts

@@ -29,8 +29,8 @@ from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.fresh import entry_of, noted
 from parc_jax.learning.bound.measure import allowance, kept
-from parc_jax.learning.bound.monitor import inside_tube, monitor, update
-from parc_jax.learning.bound.pipeline import bound_error
+from parc_jax.learning.bound.monitor import inside_tube, monitor
+from parc_jax.learning.bound.pipeline import bound_error, update
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.batch import rollout_batch

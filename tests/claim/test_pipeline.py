@@ -15,8 +15,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
-from parc_jax.learning.bound.monitor import update
-from parc_jax.learning.bound.pipeline import learn_profile
+from parc_jax.learning.bound.pipeline import learn_profile, update
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.runs.collect import collect

@@ -12,8 +12,7 @@ from parc_jax.common.keys import generator
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.tube import tube
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.safe_set.corridors.polytope import cell_of
-from parc_jax.safe_set.corridors.polytopes import groups
+from parc_jax.safe_set.corridors.polytopes import cell_of, groups
 from parc_jax.safe_set.corridors.sampling import (
     draw,
     ends_of,

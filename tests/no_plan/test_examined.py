@@ -5,7 +5,7 @@ import pytest
 from toy_models import toy_case
 
 from parc_jax.proof.absence.errors import BinErrors
-from parc_jax.proof.absence.examined import Examiner
+from parc_jax.proof.absence.examine import Examiner
 from parc_jax.proof.absence.tree import Node
 from parc_jax.safe_set.verdict.scene import scene_of
 

@@ -21,8 +21,7 @@ from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.problem.world.moving import Span
 from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
 from parc_jax.proof.certificate.prove import corridor_of
-from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.corridors.polytopes import Polytopes
+from parc_jax.safe_set.corridors.polytopes import Polytopes, SafePolytope
 from parc_jax.safe_set.corridors.stopping import nothing_covered
 
 

@@ -10,7 +10,7 @@ from region_networks import outputs, random_network
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.proof.regions import enumerate_regions
-from parc_jax.proof.regions.locate import float_patterns
+from parc_jax.proof.regions.table import float_patterns
 
 SHAPES = [(1, [6, 5]), (2, [8, 6, 5]), (3, [7, 6]), (4, [6, 5])]
 

@@ -23,8 +23,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.planner import answered
 from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridors import Corridors
-from parc_jax.safe_set.corridors.polytope import SafePolytope
-from parc_jax.safe_set.corridors.polytopes import cut_around
+from parc_jax.safe_set.corridors.polytopes import SafePolytope, cut_around
 from parc_jax.safe_set.corridors.sampling import Points, joined, points
 from parc_jax.safe_set.corridors.search import Cover, corridors_around
 from parc_jax.safe_set.corridors.stopping import nothing_covered

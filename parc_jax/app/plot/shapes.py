@@ -12,7 +12,7 @@ from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.extent import bounding_box, chebyshev_center
-from parc_jax.common.sets.hpolytope import HPolytope, from_box
+from parc_jax.common.sets.hpolytope import HPolytope, coupled, from_box
 from parc_jax.common.sets.hull import convex_hull, solid
 from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.learning.model import TrajectoryModel
@@ -57,14 +57,9 @@ def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
 
 def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
     """The polytope over coordinates that rows link to some axes, and where these are among them."""
-    used = poly.A != 0
-    linked_axes = np.isin(np.arange(poly.n), axes)
-    # coordinates are linked over rows: add those of linked rows until none is new
-    for _ in range(poly.n):
-        rows = used[:, linked_axes].any(axis=1)
-        linked_axes |= used[rows].any(axis=0)
-    at = [int(linked_axes[:axis].sum()) for axis in axes]
-    return HPolytope(poly.A[np.ix_(rows, linked_axes)], poly.b[rows]), at
+    columns, rows = coupled(poly.A, axes)
+    at = [columns.index(axis) for axis in axes]
+    return HPolytope(poly.A[np.ix_(rows, columns)], poly.b[rows]), at
 
 
 def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, int]] = ((0, 1),)):

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from parc_jax.common.errors import InputError
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.learning.bound.counts import as_probability
 from parc_jax.learning.learn import Learning
 from parc_jax.safe_set.settings import Settings

@@ -1,5 +1,6 @@
 """Polytopes in half-space form."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,17 @@ def owned(s: Any, name: str) -> HPolytope:
         raise InputError(f"{name}: expected a Box or an HPolytope; got {type(s).__name__}.")
     with naming(name):
         return from_box(box(s.lo, s.hi)) if isinstance(s, Box) else hpolytope(s.A, s.b)
+
+
+def coupled(A: np.ndarray, axes: int | Sequence[int]) -> tuple[list[int], list[int]]:
+    """The coordinates that rows A (h, n) tie to some axes, directly or through others, and those
+    rows.
+    """
+    used, columns = A != 0, np.isin(np.arange(A.shape[1]), axes)
+    for _ in range(A.shape[1]):  # until none is new
+        rows = used[:, columns].any(axis=1)
+        columns |= used[rows].any(axis=0)
+    return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
 
 
 def from_box(b: Box) -> HPolytope:

@@ -1,6 +1,7 @@
 """A polytope around vertices: rows of their convex hull, which hold every vertex exactly.
 
-The geometry of a solid: vertices, volume, triangulation, uniform samples.
+Sums of sets and of errors, rounded outward. The geometry of a solid: vertices, volume,
+triangulation, uniform samples.
 
 All calls of Qhull: its result, or None where it gives up. It works in floats, and nothing that must
 be exact rests on it.
@@ -17,9 +18,10 @@ import numpy as np
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
-from parc_jax.common.lp.exact import round_up
-from parc_jax.common.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.common.sets.rational import Point, convex_polygon, exact_support
+from parc_jax.common.lp.exact import round_down, round_up
+from parc_jax.common.sets.box import box
+from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.common.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 
 
 def halfspace_intersection(A: np.ndarray, b: np.ndarray, inside: np.ndarray):
@@ -155,6 +157,62 @@ def _in_space(points: np.ndarray, name: str) -> np.ndarray:
             f"{name}: expected a hull with volume; its vertices are flat or nearly so. Thicken it."
         )
     return np.unique(hull.equations[:, :-1] + 0.0, axis=0)
+
+
+UP = 1 + 2.0**-50  # pays for a sum of two products
+
+
+def less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
+    """The Pontryagin difference of a set and the box of these half widths, rounded down.
+
+    rows: exact rationals, to which the box is applied in place of the set's own.
+    """
+    bounds = []
+    for row, bound in zip(rows, given.b, strict=True):
+        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True) if a), Fraction(0))
+        bounds.append(round_down(Fraction(bound) - support))
+    return given.replace(b=np.array(bounds))
+
+
+def around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
+    """The Minkowski sum of each obstacle and the box of half widths (n_p,) [m]: rows of both, as of
+    `sum_of`; for polygons in floats, a few roundings larger.
+    """
+    known = corners_of_many(obstacles)
+    out = [
+        sum_of(obstacle, from_box(box(-half, half)), f"obstacle {j}") if own is None else obstacle
+        for j, (obstacle, own) in enumerate(zip(obstacles, known, strict=True))
+    ]
+    axes = np.concatenate([np.eye(2), -np.eye(2)])
+    planar = [j for j, own in enumerate(known) if own is not None]
+    for some, A, b in alike([obstacles[j] for j in planar]):
+        corners = np.stack([known[planar[i]] for i in some])
+        farther = np.nextafter(b + (np.abs(A) * half).sum(axis=2) * UP, np.inf)
+        ends = np.concatenate([corners.max(axis=1), -corners.min(axis=1)], axis=1)
+        off = 2 * OFF * np.abs(corners).max(axis=(1, 2))[:, None]
+        beside = np.nextafter(ends + (np.tile(half, 2) + off) * UP, np.inf)
+        # sides of the box that the obstacle has already would come twice
+        there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
+        for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
+            out[planar[i]] = obstacles[planar[i]].replace(
+                A=np.concatenate([rows, axes[more]]), b=np.concatenate([own, new[more]])
+            )
+    return out
+
+
+def sum_of(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
+    """The Minkowski sum of an obstacle and a set; in space a little more (rows of both, without
+    those that cross two edges). Offsets are rounded up.
+    """
+    # the support of a sum is the sum of supports, along the normals of both
+    corners = [rational_vertices(s, name) for s in (obstacle, by)]
+    if not all(corners):
+        raise InputError(f"{name}: expected sets with points, also of uncertainty; one is empty.")
+    A = np.concatenate([obstacle.A, by.A])
+    _, first = np.unique(A, axis=0, return_index=True)
+    A = A[np.sort(first)]  # without normals that have come before
+    offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
+    return obstacle.replace(A=A, b=np.array(offsets))
 
 
 class Solid(NamedTuple):

@@ -10,9 +10,8 @@ import numpy as np
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.answer.risk import measured_of
 from parc_jax.common.arrays import read_only, restored
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage
-from parc_jax.common.options import check_count
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.drive.local.localise import (
     Driven,

@@ -9,8 +9,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.answer.looks import Looks
-from parc_jax.common.errors import InputError
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.claim import recorded
 from parc_jax.learning.bound.counts import (

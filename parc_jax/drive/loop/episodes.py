@@ -12,9 +12,8 @@ import numpy as np
 from jax import Array
 
 from parc_jax.answer.looks import DELTA, Look
-from parc_jax.common.errors import InputError, check_kind, reading
+from parc_jax.common.errors import InputError, check_count, check_kind, reading
 from parc_jax.common.keys import Stage, key_data, stream
-from parc_jax.common.options import check_count
 from parc_jax.drive.loop.statement import about_episodes
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson

@@ -18,22 +18,11 @@ from numpy.typing import ArrayLike
 
 from parc_jax.answer.why import why_of
 from parc_jax.common.arrays import NO_NUMBER, as_float64, at_least, real
-from parc_jax.common.errors import InputError, check_kind, shown
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count, check_kind, shown
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import exact
-from parc_jax.drive.loop.candidates import (
-    Outlook,
-    Thinking,
-    UnderWay,
-    even_candidates,
-    given_axes,
-    leaving,
-    listed_candidates,
-    outlook,
-    require_rest,
-)
+from parc_jax.drive.loop import candidates as listed
 from parc_jax.drive.loop.commitment import Begun, Commitment, LeftTube, Step, leads_to, outside_tube
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.learning.labels import name_of
@@ -54,7 +43,7 @@ SHORTEST = 1e-9  # [s] deadline
 SAME_MOMENT = 1e-6  # [s] by which a measurement may be told later than the clock: rounding of it
 AMONG = 6  # safe ones of a call, of which one with enough clearance is taken
 
-Prefer = Callable[[Outlook], np.ndarray]
+Prefer = Callable[[listed.Outlook], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -117,12 +106,12 @@ class Loop:
         end: HPolytope | None = None,
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
-        thinking: Thinking | None = None,
+        thinking: listed.Thinking | None = None,
         clock: Callable[[], float] | None = None,
     ):
         check_model(model)
         kinds = {"uncertainty": (uncertainty, Uncertainty), "end": (end, HPolytope)}
-        kinds |= {"effort": (effort, Effort), "thinking": (thinking, Thinking)}
+        kinds |= {"effort": (effort, Effort), "thinking": (thinking, listed.Thinking)}
         for name, (value, kind) in (kinds | {"clock": (clock, Callable)}).items():
             if value is not None and not isinstance(value, kind):
                 raise InputError(f"{name}: expected {kind.__name__} or None; got {value!r:.60}.")
@@ -130,13 +119,13 @@ class Loop:
         self.model, self._clock = model, clock or (lambda: time.perf_counter())
         self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
-        self.given = given_axes(model, given)
+        self.given = listed.given_axes(model, given)
         self._scenes = Scenes(model, body, end, self.uncertainty)
-        self._leaving = leaving("leave", model, leave)
+        self._leaving = listed.leaving("leave", model, leave)
         self.lasts, self.leave_after = self._leaving.lasts, self._leaving.first
         self._command = None
         if thinking is not None:
-            self._command = UnderWay(thinking, model, self.given)
+            self._command = listed.UnderWay(thinking, model, self.given)
             seconds, left = float(self._command.seconds), float(self.leave_after)
             # else a step could end, or the next one begin, before its command
             if not self.effort.deadline <= seconds <= left:
@@ -145,10 +134,10 @@ class Loop:
                     f"time to leave no earlier; got {exact(self.effort.deadline)} s and "
                     f"{exact(left)} s."
                 )
-        self.candidates = even_candidates(model, self.given, self.effort.candidates)
+        self.candidates = listed.even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
-            self.candidates = listed_candidates(model, self.given, candidates)
-        require_rest(model, self.candidates, self.given)
+            self.candidates = listed.listed_candidates(model, self.given, candidates)
+        listed.require_rest(model, self.candidates, self.given)
         self._episode: Any = Begun()
         self._last: Commitment | None = None  # that began
         self.restart()
@@ -215,7 +204,7 @@ class Loop:
         except InputError as error:
             return stop(str(error).rstrip("."), pose=pose, at=at)
         k.setflags(write=False)  # `prefer` sees what is measured, and what is committed to
-        said = prefer(outlook(self.model, here, k, self._leaving.intervals))
+        said = prefer(listed.outlook(self.model, here, k, self._leaving.intervals))
         try:
             cost = np.asarray(real(said), float)
         except NO_NUMBER:

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError, shown
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count, shown
 from parc_jax.common.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow

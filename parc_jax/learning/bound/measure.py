@@ -13,7 +13,7 @@ from jaxtyping import Float
 from parc_jax.common.arrays import dot, in_chunks, map_rows, most, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
-from parc_jax.common.shapes import ManyParams, Params, Path, Paths, State, States
+from parc_jax.common.shapes import ManyParams, Numbers, Params, Path, Paths, State, States
 from parc_jax.learning.bound.claim import ErrorClaim, check_edges
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, Unit
 from parc_jax.learning.bound.tube import Tube
@@ -259,13 +259,7 @@ def kept(
 
 
 def sizes(
-    net: ReLUNetwork,
-    slack: Errors,
-    tube: Tube,
-    bins: np.ndarray,
-    k: ManyParams,
-    p: Paths,
-    q: States,
+    net: ReLUNetwork, slack: Errors, tube: Tube, bins: Numbers, k: ManyParams, p: Paths, q: States
 ) -> Errors:
     """Least `Tube.halves` of the bins (n,) that hold the runs: |error|, or its distance from the
     middle of the faces. Host arrays.

@@ -1,6 +1,6 @@
-"""After deployment: an alarm by bets against a claim, and a new claim from new data. [T32]"""
+"""After deployment: an alarm by bets against a claim. [T32]"""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,15 +11,12 @@ from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
-from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
+from parc_jax.learning.bound.claim import ErrorClaim, check_network
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
-from parc_jax.learning.bound.fresh import left_out_beside, not_named, remembered, used_by
+from parc_jax.learning.bound.fresh import left_out_beside, not_named, used_by
 from parc_jax.learning.bound.measure import allowance, chunk_size, kept, moves_of
-from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.profile import shape_of
-from parc_jax.learning.bound.settings import GAP, check_between, intersample_of
-from parc_jax.learning.bound.start_gap import ALIKE, declared_gap
-from parc_jax.learning.bound.statement import DIGITS, VALIDATED
+from parc_jax.learning.bound.settings import check_between, intersample_of
+from parc_jax.learning.bound.statement import DIGITS
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
@@ -183,7 +180,7 @@ class Monitor:
         check_kind("observe", batch, RolloutBatch)
         left = ~inside_tube(self.claim, self.net, batch)
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
-        _require_unit(self.claim, batch)
+        require_unit(self.claim, batch)
         law, own = batch.law, self.claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
@@ -254,7 +251,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
 
 def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     """The monitor with the identity of new runs. Raises InputError for runs counted before."""
-    _require_new(watch.claim, batch)
+    require_new(watch.claim, batch)
     require_failed(batch.name, batch.law)
     ids = batch.hashes().tolist()
     again = len(ids) - len(set(ids) - watch.ids)
@@ -298,7 +295,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
     return replace(watch, **seen, **about)
 
 
-def _require_unit(claim: ErrorClaim, batch: RolloutBatch) -> None:
+def require_unit(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs counted by another unit than the claim's. Raises InputError."""
     unit = RUNS if batch.groups is None else RECORDINGS
     if unit != claim.unit:
@@ -307,7 +304,7 @@ def _require_unit(claim: ErrorClaim, batch: RolloutBatch) -> None:
         raise InputError(f"{batch.name}: {told}. {how}")
 
 
-def _require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
+def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs that a claim was made from, in any way. Raises InputError."""
     made = used_by(claim, batch)
     if (old := made != "").any():
@@ -339,68 +336,3 @@ def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
             f"{batch.rows[np.argmax(outside)]}. The claim says nothing of them: leave them out, "
             "and do not use `closed`, which counts them as failed."
         )
-
-
-def update(
-    claim: ErrorClaim,
-    net: ReLUNetwork,
-    seen: RolloutBatch,
-    fresh: RolloutBatch,
-    tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
-    **options,
-) -> tuple[ReLUNetwork, ErrorClaim]:
-    """The network and a new claim after new data, with the eps and delta of the old one.
-
-    seen:  all runs used before deciding to update: for training, and by a monitor until its alarm.
-    fresh: runs of the law to be deployed, made after that decision, unseen by network and profile.
-    tune:  (net, seen) -> net; None = the same network.
-    options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are the
-        old claim's where not given, and as many fresh runs are left outside as these allow.
-    Raises InputError, also when a fresh run was seen before, by training or by the old claim.
-    """
-    check_network(claim, net)
-    for name, runs in (("seen", seen), ("fresh", fresh)):
-        check_kind(f"update {name}", runs, RolloutBatch)
-    about = claim.subject
-    if fresh.seed is None and not fresh.given and fresh.n_k == about.domain.n:
-        fresh = fresh.replace(given=about.given)  # a log need not say what was measured
-    free = ("K", *(STATED[:-1] if about.given else STATED))
-    about.agree("update: runs of the robot of the claim", fresh.subject, free)
-    if claim.kind == VALIDATED:
-        raise InputError(
-            "update: expected a claim about runs everywhere; this one is about one set in one "
-            "scene. Update the claim that it was made with, then validate again."
-        )
-    if claim.eps is None and "eps" not in options:
-        raise InputError("update: expected eps and delta, since the old claim has none.")
-    if fresh.seed is None and fresh.groups is None:  # parts of a recording are not independent
-        _require_unit(claim, fresh)
-    _require_new(claim, fresh)  # others decided that there would be more
-    net = net if tune is None else tune(net, seen)
-    old = {
-        "eps": claim.eps,
-        "delta": claim.delta,
-        "shape": shape_of(claim.tube),
-        "gap": declared_gap(claim, GAP),
-        "intersample": intersample_of(claim.assumptions),
-        "claims": ("one",) if claim.bin_eps is None else ("bins",),
-        "blocks": claim.evidence.get("blocks_asked"),
-    }
-    # else the old bins do not span the new K
-    if fresh.subject.identity["domain"] == about.identity["domain"]:
-        old["bins"] = claim.tube.edges
-    new = bound_error(net, fresh, None, train=seen, **old | options)
-    source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    told = [x[len("FRESH(") : -1] for x in new.assumptions if x.startswith("FRESH(")]
-    before = not_named(claim, fresh.seed is None)
-    told += [x.replace("the claim", "the claim before") for x in before]
-    said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
-    said += (f"FRESH({'; '.join(told)})",) if told else ()
-    # by their subject fresh runs of a seed are of that system; recorded ones show what disturbs
-    alike = f"{ALIKE[:-1]}; tried before an update)"  # of runs alone it cannot be tried again
-    some = fresh.seed is not None and {ALIKE, alike}.intersection(claim.assumptions)
-    said += (alike,) if some else ()
-    order = about.given and about.unordered(fresh.subject)
-    said += ("ORDER_OF_K(that of the claim before; not all have names)",) if order else ()
-    known = {"updated_from": source} | remembered(claim, new)
-    return net, derived(new, evidence=known, assumptions=said)

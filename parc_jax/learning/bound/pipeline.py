@@ -1,7 +1,8 @@
 """From trained networks and runs to claims: the pipeline behind `bound_error` and `learn`.
 
 error shape (training runs and further ones) -> scores of fresh runs -> claims -> allowance for the
-start. Every step after the scores only widens a tube, so every label stays true.
+start. Every step after the scores only widens a tube, so every label stays true. After deployment
+the same makes a new claim from new data.
 """
 
 import itertools
@@ -13,23 +14,32 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.keys import Stage, as_key
 from parc_jax.learning.bound.bins import Bins, block_shares
 from parc_jax.learning.bound.calibrate import block_of_bins, calibrate, calibrate_bins
-from parc_jax.learning.bound.claim import ErrorClaim, derived
+from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
 from parc_jax.learning.bound.edges import choose_edges
-from parc_jax.learning.bound.fresh import SEEN, SHAPE, noted
+from parc_jax.learning.bound.fresh import SEEN, SHAPE, not_named, noted, remembered
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
-from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from
-from parc_jax.learning.bound.settings import BoundSettings
-from parc_jax.learning.bound.start_gap import StartTrial, allow_for_start, try_starts
+from parc_jax.learning.bound.monitor import require_new, require_unit
+from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from, shape_of
+from parc_jax.learning.bound.settings import GAP, BoundSettings, intersample_of
+from parc_jax.learning.bound.start_gap import (
+    ALIKE,
+    StartTrial,
+    allow_for_start,
+    declared_gap,
+    try_starts,
+)
+from parc_jax.learning.bound.statement import VALIDATED
 from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch, refitted
 from parc_jax.learning.runs.collect import stream_rollouts
+from parc_jax.learning.runs.law import STATED
 from parc_jax.learning.system import System, check_system
 
 STORED = np.float32  # positions of many runs: half the memory, 2^-24 of them in every error
@@ -243,3 +253,68 @@ def _required(settings: BoundSettings, looks: int) -> int:
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     discard = 0 if settings.discard == MOST else settings.discard
     return required_runs(float(eps), float(delta / looks), discard)
+
+
+def update(
+    claim: ErrorClaim,
+    net: ReLUNetwork,
+    seen: RolloutBatch,
+    fresh: RolloutBatch,
+    tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
+    **options,
+) -> tuple[ReLUNetwork, ErrorClaim]:
+    """The network and a new claim after new data, with the eps and delta of the old one.
+
+    seen:  all runs used before deciding to update: for training, and by a monitor until its alarm.
+    fresh: runs of the law to be deployed, made after that decision, unseen by network and profile.
+    tune:  (net, seen) -> net; None = the same network.
+    options: of `bound_error`; eps, delta, shape, gap, intersample, bins, claims and blocks are the
+        old claim's where not given, and as many fresh runs are left outside as these allow.
+    Raises InputError, also when a fresh run was seen before, by training or by the old claim.
+    """
+    check_network(claim, net)
+    for name, runs in (("seen", seen), ("fresh", fresh)):
+        check_kind(f"update {name}", runs, RolloutBatch)
+    about = claim.subject
+    if fresh.seed is None and not fresh.given and fresh.n_k == about.domain.n:
+        fresh = fresh.replace(given=about.given)  # a log need not say what was measured
+    free = ("K", *(STATED[:-1] if about.given else STATED))
+    about.agree("update: runs of the robot of the claim", fresh.subject, free)
+    if claim.kind == VALIDATED:
+        raise InputError(
+            "update: expected a claim about runs everywhere; this one is about one set in one "
+            "scene. Update the claim that it was made with, then validate again."
+        )
+    if claim.eps is None and "eps" not in options:
+        raise InputError("update: expected eps and delta, since the old claim has none.")
+    if fresh.seed is None and fresh.groups is None:  # parts of a recording are not independent
+        require_unit(claim, fresh)
+    require_new(claim, fresh)  # others decided that there would be more
+    net = net if tune is None else tune(net, seen)
+    old = {
+        "eps": claim.eps,
+        "delta": claim.delta,
+        "shape": shape_of(claim.tube),
+        "gap": declared_gap(claim, GAP),
+        "intersample": intersample_of(claim.assumptions),
+        "claims": ("one",) if claim.bin_eps is None else ("bins",),
+        "blocks": claim.evidence.get("blocks_asked"),
+    }
+    # else the old bins do not span the new K
+    if fresh.subject.identity["domain"] == about.identity["domain"]:
+        old["bins"] = claim.tube.edges
+    new = bound_error(net, fresh, None, train=seen, **old | options)
+    source = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
+    told = [x[len("FRESH(") : -1] for x in new.assumptions if x.startswith("FRESH(")]
+    before = not_named(claim, fresh.seed is None)
+    told += [x.replace("the claim", "the claim before") for x in before]
+    said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
+    said += (f"FRESH({'; '.join(told)})",) if told else ()
+    # by their subject fresh runs of a seed are of that system; recorded ones show what disturbs
+    alike = f"{ALIKE[:-1]}; tried before an update)"  # of runs alone it cannot be tried again
+    some = fresh.seed is not None and {ALIKE, alike}.intersection(claim.assumptions)
+    said += (alike,) if some else ()
+    order = about.given and about.unordered(fresh.subject)
+    said += ("ORDER_OF_K(that of the claim before; not all have names)",) if order else ()
+    known = {"updated_from": source} | remembered(claim, new)
+    return net, derived(new, evidence=known, assumptions=said)

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
-from parc_jax.common.options import Options, check_count
+from parc_jax.common.errors import InputError, check_count
+from parc_jax.common.options import Options
 from parc_jax.common.spelling import exact, rounded_up
 from parc_jax.learning.bound.counts import MOST, as_probability
 from parc_jax.learning.bound.profile import SHAPES

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
-from parc_jax.common.options import Options, check_count
+from parc_jax.common.errors import InputError, check_count
+from parc_jax.common.options import Options
 from parc_jax.learning.network.relu import ReLUNetwork, features, relu_network
 from parc_jax.learning.runs.batch import RolloutBatch
 

@@ -16,9 +16,8 @@ import numpy as np
 import optax
 from jaxtyping import Float
 
-from parc_jax.common.errors import InputError, expected
+from parc_jax.common.errors import InputError, check_count, expected
 from parc_jax.common.keys import Stage, stream
-from parc_jax.common.options import check_count
 from parc_jax.common.shapes import Key
 from parc_jax.learning.network.predict import layout_of
 from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, features, fold, outputs

@@ -11,9 +11,8 @@ import jax
 import numpy as np
 
 from parc_jax.common.arrays import content_hash
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage, as_key, key_data
-from parc_jax.common.options import check_count
 from parc_jax.common.spelling import hex_text
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.chunks import (

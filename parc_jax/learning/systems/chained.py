@@ -14,8 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.arrays import as_float64
-from parc_jax.common.errors import InputError
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.spelling import counted, exact
 from parc_jax.learning.labels import labels_of
 from parc_jax.learning.runs.law import given_of

@@ -17,11 +17,10 @@ import numpy as np
 
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, naming
-from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box
-from parc_jax.common.sets.hull import OFF, alike, corners_of_many
-from parc_jax.common.sets.rational import exact_support, rational_vertices
+from parc_jax.common.sets.hull import around_box, less_a_box, sum_of
+from parc_jax.common.sets.rational import rational_vertices
 from parc_jax.learning.bound.claim import weaker
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube
 from parc_jax.learning.model import TrajectoryModel
@@ -45,7 +44,6 @@ from parc_jax.problem.world.outlines import BASE, Edge
 
 SAME_PLACE = 1e-6  # [m] by which a footprint and a model may differ: of decimals, or of float32
 CACHED = 16  # robust models that a planner caches
-UP = 1 + 2.0**-50  # pays for a sum of two products
 
 Cache = dict[tuple, TrajectoryModel]
 
@@ -338,13 +336,13 @@ def robust_scene(
     starts = problem.start
     if starts is not None and start.any():
         rows = [[Fraction(x) for x in row] for row in starts.A]
-        starts = _less_a_box(starts, rows, [Fraction(x) for x in start])
+        starts = less_a_box(starts, rows, [Fraction(x) for x in start])
     obstacles = list(problem.obstacles)
     if whole and start.any():
         obstacles = around_box(obstacles, start)
     for j, by in enumerate(uncertainty.of_obstacles(len(obstacles))):
         if by is not None:
-            obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
+            obstacles[j] = sum_of(obstacles[j], by, f"obstacle {j}")
     return replace(problem, goal=goal, obstacles=tuple(obstacles), start=starts, uncertainty=None)
 
 
@@ -362,7 +360,7 @@ def _shrunken_goal(
     for row in goal.A:
         sums = [sum(map(Fraction, filter(None, row[axis:n_c:n_p]))) for axis in range(n_p)]
         rows.append([*sums, *map(Fraction, row[n_c:])])
-    shrunken = _less_a_box(goal, rows, widths)
+    shrunken = less_a_box(goal, rows, widths)
     # two rows that face each other must leave some room
     number = {tuple(row): i for i, row in enumerate(goal.A.tolist())}
     for i, row in enumerate(goal.A):
@@ -374,56 +372,3 @@ def _shrunken_goal(
                 f"row {i} of the goal leaves {wide:.3g}, and {taken:.3g} of it are uncertain."
             )
     return shrunken
-
-
-def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
-    """The Pontryagin difference of a set and the box of these half widths, rounded down.
-
-    rows: exact rationals, to which the box is applied in place of the set's own.
-    """
-    bounds = []
-    for row, bound in zip(rows, given.b, strict=True):
-        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True) if a), Fraction(0))
-        bounds.append(round_down(Fraction(bound) - support))
-    return given.replace(b=np.array(bounds))
-
-
-def around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
-    """The Minkowski sum of each obstacle and the box of half widths (n_p,) [m]: rows of both, as of
-    `_sum`; for polygons in floats, a few roundings larger.
-    """
-    known = corners_of_many(obstacles)
-    out = [
-        _sum(obstacle, from_box(box(-half, half)), f"obstacle {j}") if own is None else obstacle
-        for j, (obstacle, own) in enumerate(zip(obstacles, known, strict=True))
-    ]
-    axes = np.concatenate([np.eye(2), -np.eye(2)])
-    planar = [j for j, own in enumerate(known) if own is not None]
-    for some, A, b in alike([obstacles[j] for j in planar]):
-        corners = np.stack([known[planar[i]] for i in some])
-        farther = np.nextafter(b + (np.abs(A) * half).sum(axis=2) * UP, np.inf)
-        ends = np.concatenate([corners.max(axis=1), -corners.min(axis=1)], axis=1)
-        off = 2 * OFF * np.abs(corners).max(axis=(1, 2))[:, None]
-        beside = np.nextafter(ends + (np.tile(half, 2) + off) * UP, np.inf)
-        # sides of the box that the obstacle has already would come twice
-        there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
-        for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
-            out[planar[i]] = obstacles[planar[i]].replace(
-                A=np.concatenate([rows, axes[more]]), b=np.concatenate([own, new[more]])
-            )
-    return out
-
-
-def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
-    """The Minkowski sum of an obstacle and a set; in space a little more (rows of both, without
-    those that cross two edges). Offsets are rounded up.
-    """
-    # the support of a sum is the sum of supports, along the normals of both
-    corners = [rational_vertices(s, name) for s in (obstacle, by)]
-    if not all(corners):
-        raise InputError(f"{name}: expected sets with points, also of uncertainty; one is empty.")
-    A = np.concatenate([obstacle.A, by.A])
-    _, first = np.unique(A, axis=0, return_index=True)
-    A = A[np.sort(first)]  # without normals that have come before
-    offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
-    return obstacle.replace(A=A, b=np.array(offsets))

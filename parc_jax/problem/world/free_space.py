@@ -10,13 +10,12 @@ import numpy.typing as npt
 from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64, at_least
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.on_use import Late, package
-from parc_jax.common.options import check_count
 from parc_jax.common.said import slot
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.outlines import Edge, require_near, sides_of, thin_pieces
+from parc_jax.problem.world.outlines import Edge, place_of, require_near, sides_of, thin_pieces
 
 CALL = "free space"
 shapely = Late("shapely", CALL)
@@ -269,14 +268,14 @@ class FreeSpace:
             inner = shrunk(base.region, TOLERANCES.outline, wider * tolerance)
             home = [part for part in shapely.get_parts(inner) if part.contains(middle)]
             found += [replace(self, region=part) for part in home]
-            if home and len(found[-1]._edges()) <= most:
+            if home and len(sides_of(found[-1].region)) <= most:
                 return found[-1]
         if not found:
             raise InputError(
                 f"near: expected a place with free space {tolerance:g} m and more around it; "
                 f"({middle.x:g}, {middle.y:g}) has none. Add a free_place where the robot stands."
             )
-        return min(found, key=lambda one: len(one._edges()))
+        return min(found, key=lambda one: len(sides_of(one.region)))
 
     def holds(self, corners: npt.ArrayLike, uncertainty: float = 0.0) -> bool:
         """Does a body lie inside, in one part? It must at the start. [T41]
@@ -293,19 +292,15 @@ class FreeSpace:
         """Convex pieces, one an edge, that cover its boundary: a body that lies in this region at
         the start and touches none of them stays in it; another is refused. Raises InputError. [T41]
         """
+        if self.region.is_empty:
+            raise InputError(f"{CALL}: expected a region with an inside; this one is empty.")
         ends = {x: slot(*map(exact, of)) for x, of in self.bounds.items()}
         told = {x: words.format(ends[x]) for x, words in BOUNDS.items() if x in ends}
         if "turned" in told:  # no more than was allowed for
             off, by = (slot(rounded_down(x)) for x in self.drift)
             told["turned"] += f", in all by {off} m and {by} rad since the oldest of it was seen"
         of = self.region, float(self.width), ", ".join(told.values())
-        return tuple(Edge(one.A, one.b, *of) for one in thin_pieces(self._edges()))
-
-    def _edges(self) -> np.ndarray:
-        """(n, 2 ends, 2) edges of all rings. Raises InputError if there are none."""
-        if self.region.is_empty:
-            raise InputError(f"{CALL}: expected a region with an inside; this one is empty.")
-        return sides_of(self.region)
+        return tuple(Edge(one.A, one.b, *of) for one in thin_pieces(sides_of(self.region)))
 
     def __repr__(self) -> str:
         corners = counted(shapely.get_num_coordinates(self.region), "corner")
@@ -392,15 +387,6 @@ def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tup
     """The least and the most that was told of anything in both."""
     both = {x: (*one.get(x, ()), *other.get(x, ())) for x in {**one, **other}}
     return {x: (min(of), max(of)) for x, of in both.items()}
-
-
-def place_of(place: npt.ArrayLike) -> np.ndarray:
-    """(2,) [m] of x, y, or of a pose with a heading. Raises InputError."""
-    found = as_float64("place (x, y)", place, (None,))
-    if len(found) not in (2, 3):
-        raise InputError(f"place: expected x, y or x, y, heading; got {len(found)} numbers.")
-    require_near("place", found[:2])
-    return found[:2]
 
 
 def _corners(corners: npt.ArrayLike) -> np.ndarray:

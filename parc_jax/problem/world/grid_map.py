@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, reading
-from parc_jax.problem.world.free_space import FreeSpace, place_of
-from parc_jax.problem.world.outlines import FARTHEST, package, require_turn
+from parc_jax.problem.world.free_space import FreeSpace
+from parc_jax.problem.world.outlines import FARTHEST, package, place_of, require_turn
 
 LARGEST_COST = 254  # of costmap_2d: lethal; 253 inscribed, 255 no information
 INSCRIBED = 99  # what costmap_2d publishes for 253

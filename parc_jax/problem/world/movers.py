@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64, content_hash
-from parc_jax.common.errors import InputError, check_kind, reading
-from parc_jax.common.options import check_count
+from parc_jax.common.errors import InputError, check_count, check_kind, reading
 from parc_jax.common.said import slot, without_braces
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope

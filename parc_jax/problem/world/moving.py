@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.common.arrays import as_float64, content_hash
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.lp.exact import round_up
-from parc_jax.common.options import check_count
 from parc_jax.common.said import slot
 from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned

@@ -71,6 +71,15 @@ def require_near(name: str, places: np.ndarray) -> None:
         )
 
 
+def place_of(place: npt.ArrayLike) -> np.ndarray:
+    """(2,) [m] of x, y, or of a pose with a heading. Raises InputError."""
+    found = as_float64("place (x, y)", place, (None,))
+    if len(found) not in (2, 3):
+        raise InputError(f"place: expected x, y or x, y, heading; got {len(found)} numbers.")
+    require_near("place", found[:2])
+    return found[:2]
+
+
 def require_turn(name: str, heading: float, turns: int = 1) -> None:
     """Raises InputError for a heading [rad] of more turns."""
     if abs(heading) > (most := 6.3 * turns):

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from parc_jax.proof.absence.errors import BinErrors
-from parc_jax.proof.absence.examined import BOXES, Batch, Examiner
+from parc_jax.proof.absence.examine import BOXES, Batch, Examiner
 from parc_jax.proof.absence.reasons import Reasons
 from parc_jax.proof.absence.tree import Node, choose_split
 from parc_jax.proof.regions.domain import MAX_DIMENSION

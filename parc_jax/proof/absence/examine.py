@@ -5,8 +5,12 @@ the box of z, everything is affine, so a condition that holds at them with a mar
 whole box. [T30] Where the cells are too many, bounds of the network stand in for them. [T36]
 All numbers are float64 and decide only which leaf to write down; the checker derives vertices and
 bounds again, exactly.
+
+Many boxes are examined at a time, in calls of one shape each.
 """
 
+import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import jax
@@ -14,7 +18,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.common.arrays import HIGHEST, dot, least_over, product
+from parc_jax.common.arrays import HIGHEST, dot, least_over, product, x64
+from parc_jax.common.errors import BudgetError
+from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import ManyParams, Numbers, Params, Positions
 from parc_jax.learning.network.predict import Layout, by_point, layer_from_the_end, predict
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -26,8 +32,11 @@ from parc_jax.proof.absence.contact_margins import (
     corners_of,
     moments,
 )
-from parc_jax.proof.absence.errors import OverBins
-from parc_jax.safe_set.verdict.scene import Tabled
+from parc_jax.proof.absence.errors import BinErrors, OverBins, as_template
+from parc_jax.proof.absence.tree import Node
+from parc_jax.proof.regions.domain import MAX_DIMENSION
+from parc_jax.proof.regions.subdivide import enumerate_regions
+from parc_jax.safe_set.verdict.scene import Scene, Tabled
 
 
 class Boxes(NamedTuple):
@@ -110,15 +119,14 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
     n, T, n_c = boxes.over.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
-    W, b = layer_from_the_end(net, layout)
     n_places = (T + 1) * n_c
     rest = slice(n_places - n_c + n_p, None)  # the ends of the other points, and q
     goal_rest = scene.goal_A[:, n_p:]
-    rows = jnp.concatenate(
-        [W[:n_places], product(goal_rest, W[rest]), product(scene.start_A, W[:n_p])]
-    )
-    constants = jnp.concatenate(
-        [b[:n_places], product(goal_rest, b[rest]), product(scene.start_A, b[:n_p])]
+    rows, constants = (
+        jnp.concatenate(
+            [x[:n_places], product(goal_rest, x[rest]), product(scene.start_A, x[:n_p])]
+        )
+        for x in layer_from_the_end(net, layout)
     )
     layers = list(zip(net.weights[:-1], net.biases[:-1], strict=True))
     of_box = jax.vmap(lambda lo, hi: ranges_of_rows(layers, rows, constants, lo, hi))
@@ -241,3 +249,105 @@ def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes)
     more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
     count = jnp.maximum(boxes.over.straddles.sum(axis=1), 1.0)
     return more[:, :, None] * (boxes.over.straddles / count[:, None])[:, None]
+
+
+# examined together in one compiled call
+BOXES = 32
+VERTICES = 512
+
+
+class Batch(NamedTuple):
+    """Boxes that were examined in one call.
+
+    over: the bins that each overlaps. owner: (m,) number of the box that a row of `seen.at` is
+    about. bounded: whether by bounds of the network, and not at the vertices of its cells.
+    """
+
+    nodes: list[Node]
+    over: list[OverBins]
+    seen: Examined
+    owner: np.ndarray
+    bounded: bool
+
+
+class Examiner:
+    """Examines boxes of one scene."""
+
+    def __init__(self, scene: Scene, errors: BinErrors):
+        self.model = scene.model
+        self.scene = scene
+        self.errors = errors
+
+    def has_few_vertices(self, node: Node) -> bool:
+        """Whether the cells in a box have at most VERTICES vertices, which the node then knows."""
+        if node.vertices is None:
+            if self.model.n_k > MAX_DIMENSION or self._cells_at_first(node) > VERTICES:
+                return False
+            k_box = Box(node.lo[self.model.n_p :], node.hi[self.model.n_p :])
+            try:
+                regions = enumerate_regions(self.model.net, k_box, max_regions=2 * VERTICES)
+            except BudgetError:
+                return False
+            node.vertices = regions.points
+        return len(node.vertices) <= VERTICES
+
+    def _cells_at_first(self, node: Node) -> int:
+        """How many cells the first layer makes in a box of k if its neurons lie in general
+        position. Later layers make more, so a large number spares counting them.
+        """
+        n_p = self.model.n_p
+        middle = (node.lo + node.hi)[n_p:] / 2
+        half = (node.hi - node.lo)[n_p:] / 2
+        W, b = self.model.net.weights[0], self.model.net.biases[0]
+        crossing = int((np.abs(W @ middle + b) < np.abs(W) @ half).sum())
+        return sum(math.comb(crossing, i) for i in range(self.model.n_k + 1))
+
+    def at_vertices(self, nodes: list[Node]) -> Iterator[Batch]:
+        """Boxes of few vertices, examined at them: as many as fit, padded to one compiled shape."""
+        for some in _fitting(nodes):
+            k = np.concatenate([node.vertices for node in some])
+            owner = np.repeat(np.arange(len(some)), [len(node.vertices) for node in some])
+            missing = VERTICES - len(k)
+            k = np.concatenate([k, np.repeat(k[:1], missing, axis=0)])
+            owner = np.concatenate([owner, np.full(missing, BOXES)])
+            boxes, over = self._as_boxes(some)
+            with x64():
+                seen = examine(self.model.net, self.scene.tabled, k, owner, boxes)
+                seen = Examined(*jax.device_get(seen))
+            yield Batch(some, over, seen, owner, bounded=False)
+
+    def by_bounds(self, nodes: list[Node]) -> Batch:
+        """Boxes examined by bounds of the network."""
+        boxes, over = self._as_boxes(nodes)
+        owner = np.repeat(np.arange(BOXES), 2**self.model.n_p)
+        with x64():
+            seen = examine_by_bounds(self.model.net, self.scene.tabled, boxes)
+            return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=True)
+
+    def _as_boxes(self, nodes: list[Node]) -> tuple[Boxes, list[OverBins]]:
+        """Boxes, padded to one compiled shape, and the bins that each of the nodes overlaps."""
+        n_p = self.model.n_p
+        over = [self.errors.over(node.lo[n_p:], node.hi[n_p:]) for node in nodes]
+        rows = np.minimum(np.arange(BOXES), len(nodes) - 1)
+        # a box in one bin has its template, one in several has half widths: of one shape here
+        templates = self.model.tube.templates
+        alike = [each._replace(bins=None) for each in over]
+        if templates is not None:
+            n_bases = templates.interval.errors.half.shape[-2]
+            alike = [x._replace(common=as_template(x.common, n_bases)) for x in alike]
+        each = [Boxes(node.lo, node.hi, of) for node, of in zip(nodes, alike, strict=True)]
+        return jax.tree.map(lambda *of_box: np.array(of_box)[rows], *each), over
+
+
+def _fitting(nodes: list[Node]) -> Iterator[list[Node]]:
+    """The nodes in parts whose cells have no more than VERTICES vertices together."""
+    some: list[Node] = []
+    used = 0
+    for node in nodes:
+        if used + len(node.vertices) > VERTICES:
+            yield some
+            some, used = [], 0
+        some.append(node)
+        used += len(node.vertices)
+    if some:
+        yield some

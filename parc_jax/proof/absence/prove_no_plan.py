@@ -19,6 +19,7 @@ import numpy as np
 from parc_jax import checker
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import Basis, round_up
+from parc_jax.common.sets.hpolytope import coupled
 from parc_jax.common.spelling import decimal_text, rounded_up
 from parc_jax.common.status import Ended
 from parc_jax.learning.bound.statement import in_box
@@ -217,9 +218,9 @@ def _tightest(
         if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1:
             found.append((bounds[i] / abs(row[axis]), [(i, 1 / abs(row[axis]))]))
     if not found:
-        columns, coupled = _coupled(rows, axis)
+        columns, tied = coupled(np.array(rows), axis)
         target = [Fraction(sign * (j == axis)) for j in columns]
-        choices = itertools.combinations(coupled, len(columns))
+        choices = itertools.combinations(tied, len(columns))
         for used in itertools.islice(choices, MOST_COMBINATIONS):
             basis = Basis(len(target))
             independent = all(basis.add([rows[i][j] for j in columns]) for i in used)
@@ -233,14 +234,3 @@ def _tightest(
             "row."
         )
     return min(found, key=lambda pair: pair[0])
-
-
-def _coupled(rows: list[list[Fraction]], axis: int) -> tuple[list[int], list[int]]:
-    """The coordinates that rows tie to an axis, directly or through others, and those rows."""
-    columns = {axis}
-    while True:
-        tied = [i for i, row in enumerate(rows) if any(row[j] != 0 for j in columns)]
-        wider = columns.union(*({j for j, v in enumerate(rows[i]) if v != 0} for i in tied))
-        if wider == columns:
-            return sorted(columns), tied
-        columns = wider

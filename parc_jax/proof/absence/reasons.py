@@ -23,7 +23,7 @@ from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.proof.absence.contact_margins import SHARES
 from parc_jax.proof.absence.errors import BinErrors, ContactErrors
-from parc_jax.proof.absence.examined import Batch
+from parc_jax.proof.absence.examine import Batch
 from parc_jax.safe_set.separation.directions import sphere
 from parc_jax.safe_set.separation.pairs import vertices_of
 from parc_jax.safe_set.verdict.scene import Scene

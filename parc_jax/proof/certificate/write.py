@@ -29,7 +29,7 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.corridors.corridor import Corridor
-from parc_jax.safe_set.corridors.polytope import SafePolytope
+from parc_jax.safe_set.corridors.polytopes import SafePolytope
 from parc_jax.safe_set.separation.directions import longest_lasting, merged_runs
 from parc_jax.safe_set.separation.inequality import at_both_knots, height, separates
 from parc_jax.safe_set.verdict.scene import Scene

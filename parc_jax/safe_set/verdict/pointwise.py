@@ -39,6 +39,8 @@ CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two cal
 CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is cheap
 AT_ONCE = 8  # obstacles that a first look asks how far they are away
 
+Bin = Index | None  # that holds k; None = the only one, and k is on no border
+
 
 class Verdicts(NamedTuple):
     """Verdicts on a batch of points; leading axis b.
@@ -82,12 +84,7 @@ def row_margin(
 
 
 def prediction(
-    net: ReLUNetwork,
-    tube: Tube,
-    scene: SceneArrays,
-    p0: Vector,
-    k: Params,
-    bin: Index | None = None,
+    net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0: Vector, k: Params, bin: Bin = None
 ) -> Verdicts:
     """Path, pattern, bin, goal and start margins of one plan. bin: as of `arrival`. Kernel."""
     offsets, q, pattern = predict(net, tube.layout, k)
@@ -102,7 +99,7 @@ def arrival(
     end: Knot,
     q: Float[ArrayLike, " n_q"],
     k: Params,
-    bin: Index | None = None,
+    bin: Bin = None,
     lost: Float[ArrayLike, "n_bins g"] | None = None,
 ):
     """Bin of k, goal margin and start margin of a plan from p0 to the predicted end, q. bin: one
@@ -119,12 +116,7 @@ def arrival(
 
 
 def verdict(
-    net: ReLUNetwork,
-    tube: Tube,
-    scene: SceneArrays,
-    p0: Vector,
-    k: Params,
-    bin: Index | None = None,
+    net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0: Vector, k: Params, bin: Bin = None
 ) -> Verdicts:
     """Everything about one plan. bin: as of `arrival`. Kernel; vmap for batches."""
     seen = prediction(net, tube, scene, p0, k, bin)
