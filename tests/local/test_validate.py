@@ -254,12 +254,12 @@ def promised(found):
 
 def test_the_shell_names_the_file_of_a_validated_set(answer):
     """The answer's own file has not the sentence (V), and its exit code was that of no plans."""
-    files = Path("a.json"), Path("a.validated.json")
     alone = replace(answer, validation=None)
-    told = json.loads(as_json(answer, files[0], None, files[1]))
+    told = json.loads(as_json(answer, Path("a.json"), None))
     assert told["validated"]["answer"] == "a.validated.json" and told["frame"] == "world"
     named = "The validated set: parc-jax explain a.validated.json; parc-jax check a.validated.json"
-    assert named in verdict(answer, *files) and named not in verdict(alone, *files)
+    said, of_alone = (verdict(one, Path("a.json")) for one in (answer, alone))
+    assert named in said and named not in of_alone
     none = replace(answer, samples=answer.samples[:0], cover=answer.cover._replace(corridors=[]))
     assert (code_of(none), code_of(replace(none, validation=None))) == (0, 1)
 

@@ -63,10 +63,13 @@ def _numbers(text: str, between: str) -> list[float]:
         return []
 
 
-def as_json(answer: Answer, path: Path, cold_s: float | None, beside: Path) -> str:
-    """The facts of an answer for other programs; the answer itself is in its file, and its
-    validated set in that `beside` it.
-    """
+def beside(path: Path) -> Path:
+    """The file of the validated set of the answer in a file."""
+    return path.with_suffix(".validated.json")
+
+
+def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
+    """The facts of an answer for other programs; the answer itself is in its file."""
     plan, turned = first_plan(answer), answer.scene.nominal.turned
     facts = {
         "answer": str(path),
@@ -80,7 +83,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None, beside: Path) -> s
         "in_the_way": in_the_way(answer),
     }
     if validated(answer) is not None:
-        facts["validated"]["answer"] = str(beside)
+        facts["validated"]["answer"] = str(beside(path))
     return json.dumps(facts, indent=1)
 
 
@@ -97,8 +100,8 @@ def first_plan(answer: Answer) -> np.ndarray | None:
     return np.concatenate([answer.corridors[0].p0, answer.corridors[0].k])
 
 
-def verdict(answer: Answer, path: Path, beside: Path, short: bool = False) -> str:
-    """For a terminal, in at most fifteen lines. beside: the file of its validated set, if any."""
+def verdict(answer: Answer, path: Path, short: bool = False) -> str:
+    """For a terminal, in at most fifteen lines."""
     lines = [said_of(answer)]
     if (plan := first_plan(answer)) is not None and not short:
         n_p, names = answer.model.n_p, answer.model.labels
@@ -108,7 +111,8 @@ def verdict(answer: Answer, path: Path, beside: Path, short: bool = False) -> st
     if not short:
         lines.append(f"All sentences: parc-jax explain {path}; check: parc-jax check {path}")
     if validated(answer) is not None:
-        lines.append(f"The validated set: parc-jax explain {beside}; parc-jax check {beside}")
+        own = beside(path)
+        lines.append(f"The validated set: parc-jax explain {own}; parc-jax check {own}")
     return "\n".join(lines)
 
 

@@ -70,6 +70,7 @@ def solve(
     from parc_jax.app.cli.process import COMPILING, SEARCHING, say
     from parc_jax.app.cli.scene import (
         as_json,
+        beside,
         code_of,
         place_of_option,
         under_uncertainty,
@@ -112,13 +113,10 @@ def solve(
     asked = _tests(learned, runs, **study) if validate or runs or study else None
     answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)
-    wider = validated(answer)
-    beside = out.with_suffix(".validated.json")
-    beside.unlink(missing_ok=True)  # of an earlier answer
-    if wider is not None:
-        wider.save(beside)
-    told = as_json(answer, out, cold_s, beside) if shell.json else None
-    print(told or verdict(answer, out, beside, shell.quiet))
+    beside(out).unlink(missing_ok=True)  # of an earlier answer
+    if (wider := validated(answer)) is not None:
+        wider.save(beside(out))
+    print(as_json(answer, out, cold_s) if shell.json else verdict(answer, out, shell.quiet))
     return code_of(answer)
 
 
