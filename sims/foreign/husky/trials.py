@@ -49,7 +49,7 @@ def trial(
     key = jax.random.PRNGKey(seed)
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
     maxima = largest_errors(net, fine.runs, edges_of(fine.runs.domain, (1, 1)))
-    profile = smooth_profile(maxima, 1, c.POSE_NOISE)
+    profile = smooth_profile(maxima, len(fine.runs.points), c.POSE_NOISE)
     claim = bound_error(
         net, sizing.runs, None, eps=0.1, delta=DELTA, profile=profile, train=train.runs
     )
