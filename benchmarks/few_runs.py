@@ -155,7 +155,8 @@ def row(
     told = f"| {case.name} | {_of(known)} | {left_out} | {rounded_up(100 * float(claim.eps), 3)} %"
     told = f"{told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
     if answer.status.found:
-        told = f"{told}, {rounded_down(100 * answer.share_of_k())} % of K | "
+        told = f"{told}, at least {rounded_down(100 * answer.share_of_k())} % of K "
+        told += "(99.9 % confidence) | "
         replayed = replay_recorded(answer, unseen)
         rows = np.zeros(0, int) if replayed is None else replayed.row
         told += f"{_started(unseen, rows, model.domain)}: {len(rows)} replays"

@@ -255,8 +255,8 @@ class Answer:
 
     def share_of_k(self) -> float:
         """Lower bound of the share of K that has a start in the corridors, Pi(T), with 99.9 %
-        confidence. Only a few ends in the goal are tried, so it may be far below the share; where
-        parameters are given or unknown it is 0. The first call tries thousands of k.
+        confidence. Only a few ends in the goal are tried for each k, so the share may be larger;
+        where parameters are given or unknown it is 0. The first call tries thousands of k.
         """
         uncertainty, part = self.scene.nominal.uncertainty, 1.0
         if uncertainty is not None:

@@ -17,7 +17,7 @@ class Row(NamedTuple):
     the tube at the end [m, m, rad], median over K. why: in words, when there is no plan; then the
     rest is empty.
     safe: share of the plans whose first point ends in the goal's box that is safe. share_of_k: of
-    K, certified.
+    K, certified, at least, with 99.9 % confidence.
     promise: probability that a run of a random safe plan leaves the tube, at most. plan: start [m]
     and k.
     failed_10, failed_1000: repeats of that plan that missed the goal or touched a car;

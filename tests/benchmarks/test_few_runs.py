@@ -13,18 +13,40 @@ from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.system import time_grid
 
 
-def test_unseen_runs_are_told_as_runs_of_recordings_and_those_outside_k_are_counted(monkeypatch):
-    """Three recordings of two windows each; a window has its k outside of the set's K."""
-    k, wide, time = np.arange(6.0)[:, None], box([0.0], [5.0]), time_grid(0.5, 1.0)
-    unseen = rollout_batch(
-        k,
-        np.zeros((6, time.n_record + 1, 2)),
-        np.zeros((6, 0)),
+def runs_of(recordings):
+    """Recordings of two windows each."""
+    n, time = 2 * recordings, time_grid(0.5, 1.0)
+    domain = box([0.0], [n - 1.0])
+    return rollout_batch(
+        np.arange(float(n))[:, None],
+        np.zeros((n, time.n_record + 1, 2)),
+        np.zeros((n, 0)),
         time=time,
-        domain=wide,
-        law=law_spec("file:log", wide, "logged"),
-        groups=np.arange(6) // 2,
+        domain=domain,
+        law=law_spec("file:log", domain, "logged"),
+        groups=np.arange(n) // 2,
     )
+
+
+def test_the_share_of_k_is_told_as_a_lower_bound_with_its_confidence(monkeypatch):
+    claim = SimpleNamespace(discard=0, n=4, unit=RECORDINGS, eps=0.9)
+    model = SimpleNamespace(tube=SimpleNamespace(interval=np.ones(1)), claim=claim)
+    model.domain = box([0.0], [19.0])
+    status = SimpleNamespace(found=True, label="found")
+    answer = SimpleNamespace(status=status, share_of_k=lambda: 0.5199, validation=None)
+    learned = SimpleNamespace(model=model, prior="none")
+    monkeypatch.setattr(few_runs, "learn_report", lambda *_, **__: learned)
+    monkeypatch.setattr(few_runs, "replay_recorded", lambda *_: None)
+    solved = SimpleNamespace(solve=lambda *_: answer)
+    monkeypatch.setattr(few_runs.pj, "Planner", lambda model: solved)
+    case = few_runs.Case("toy", lambda folder: runs_of(10), (1.0, 1.0), (2.0, 2.0))
+    said = few_runs.row(case, None, 0, None, None, False)
+    assert "found, at least 51 % of K (99.9 % confidence) | 0 runs" in said
+
+
+def test_unseen_runs_are_told_as_runs_of_recordings_and_those_outside_k_are_counted(monkeypatch):
+    """A window has its k outside of the set's K."""
+    unseen, wide = runs_of(3), box([0.0], [5.0])
     claim = SimpleNamespace(discard=1, n=30, unit=RECORDINGS, evidence={"scale": "0.9"})
     tested = SimpleNamespace(
         model=SimpleNamespace(domain=box([0.0], [4.5]), claim=claim),

@@ -69,6 +69,14 @@ def test_samples_are_uniform_where_everything_is_safe():
     assert free.share_of_k() == pytest.approx(0.001 ** (1 / 20_000), abs=1e-8)
 
 
+def test_the_share_of_k_does_not_ask_all_k_for_the_ends_of_few_corridors():
+    """Every k has its start, each an end of its own; the end of the one corridor gave 2 %."""
+    start = box([-0.25, -0.25], [0.25, 0.25])
+    problem = reach_avoid(box([-2, -2, -9], [2, 2, 9]), [], 0.1, start=start)
+    free = Planner(line_model(4, 0.0)).solve(problem, jax.random.key(0), Settings(samples=5))
+    assert len(free.corridors) < 3 and 0.99 < free.share_of_k() < 1
+
+
 def test_samples_from_corridors_are_those_of_the_safe_set():
     """Where corridors hold nearly all of it, their samples have the law of uniform safe draws."""
     fresh = draw(answer().scene, np.random.default_rng(7), 60_000).safe

@@ -32,7 +32,7 @@ from parc_jax.safe_set.corridors.sampling import (
 from parc_jax.safe_set.verdict.pointwise import paths_of, predictions, verdicts
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
-SPREAD = 8  # predicted ends at which `share_of_k` tries every k
+NEIGHBOURS = 7  # plans near a k whose ends `share_of_k` tries
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far
 EACH = 128  # draws of a round around one of them: all together fill one compiled verdict
@@ -107,36 +107,33 @@ class SafePlans:
         """Lower 99.9 % confidence bound of the share of K that has a safe start in the set, by n
         draws of k that are always the same.
 
-        A k counts when a start in the set leads to one of a few predicted ends, those of inner
-        plans. Sufficient, so the share is never too large.
+        A k counts when a start in the set leads to an end drawn for it, or to one of the ends of
+        plans in the set with k near it. Sufficient, so the share is never too large.
         """
-        rng = np.random.default_rng(0)
-        k = rng.uniform(self.model.domain.lo, self.model.domain.hi, (n, self.model.n_k))
+        from scipy.spatial import cKDTree  # heavy to load, and seldom needed
+
         if not len(self.inner):
             return 0.0
-        hit = np.zeros(n, bool)
-        for z in self._ends() if self.scene.at is None else self.scene.at[None]:
-            left = np.flatnonzero(~hit)
-            if len(left) == 0:
-                break
-            some = k[left]
-            ends_here = np.broadcast_to(z, (len(left), len(z)))
-            if self.scene.at is not None:
-                ends_here = ends_from(self.scene.at, self.model, some)
-            screened, safe = safe_ones(self.scene, ends_here, some)
-            hit[left[screened.row]] = self.has(safe)
-        return least_probability(int(hit.sum()), n, 0.001)
+        scene, model, rng = self.scene, self.model, np.random.default_rng(0)
+        lo, hi, sides = model.domain.lo, model.domain.hi, model.domain.hi - model.domain.lo
+        k, hit = rng.uniform(lo, hi, (n, model.n_k)), np.zeros(n, bool)
 
-    def _ends(self) -> np.ndarray:
-        """A few well-spread predicted ends (m, n_p) of inner plans: farthest-point order."""
-        p0, k = np.split(self.inner, [self.model.n_p], axis=1)
-        ends = paths_of(self.model, p0, k)[:, -1, : self.model.n_p]
-        chosen = [int(np.argmin(np.abs(ends - np.median(ends, axis=0)).sum(axis=1)))]
-        distance = np.full(len(ends), np.inf)
-        while len(chosen) < min(SPREAD, len(ends)):
-            distance = np.minimum(distance, np.abs(ends - ends[chosen[-1]]).sum(axis=1))
-            chosen.append(int(np.argmax(distance)))
-        return ends[chosen]
+        def look(rows: np.ndarray, ends: np.ndarray) -> None:
+            screened, safe = safe_ones(scene, ends, k[rows])
+            hit[rows[screened.row]] = self.has(safe)
+
+        z_lo, z_hi, at = scene.z_lo, scene.z_hi, scene.at
+        ends = rng.uniform(z_lo, z_hi, (n, len(z_lo))) if at is None else ends_from(at, model, k)
+        look(np.arange(n), ends)
+        if at is None:
+            p0, of = np.split(self.inner, [model.n_p], axis=1)
+            ends = np.concatenate([paths_of(model, p0, of)[:, -1, : model.n_p], ends[hit]])
+            tree, rows = cKDTree(np.concatenate([of, k[hit]]) / sides), np.flatnonzero(~hit)
+            some = range(1, 1 + min(NEIGHBOURS, len(ends)))
+            for near in tree.query(k[rows] / sides, some)[1].T:
+                left = ~hit[rows]
+                look(rows[left], ends[near[left]])
+        return least_probability(int(hit.sum()), n, 0.001)
 
 
 def starts_of_ends(scene: Scene, rng: np.random.Generator, k: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ def trial(
     key = jax.random.PRNGKey(seed)
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
     maxima = largest_errors(net, fine.runs, edges_of(fine.runs.domain, (1, 1)))
-    profile = smooth_profile(maxima, 1, c.POSE_NOISE)
+    profile = smooth_profile(maxima, len(fine.runs.points), c.POSE_NOISE)
     claim = bound_error(
         net, sizing.runs, None, eps=0.1, delta=DELTA, profile=profile, train=train.runs
     )
@@ -69,7 +69,8 @@ def trial(
         "later_commands": len(left),
         "left_the_tube": int(left.sum()),
         "status": answer.status.label,
-        "share_of_k": answer.share_of_k() if answer.status.found else 0.0,
+        "share_of_k_at_least": answer.share_of_k() if answer.status.found else 0.0,
+        "confidence_of_that_share": 0.999,
     }
     replayed = replay_recorded(answer, later.runs) if answer.status.found else None
     if replayed is not None:

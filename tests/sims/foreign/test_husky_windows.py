@@ -96,9 +96,10 @@ def test_a_robot_on_ice_gets_no_plan_and_one_with_grip_gets_some(tmp_path, monke
         monkeypatch.setattr(learn, name, less)
     grip = trials.trial(recording(tmp_path / "grip.npz", 0.01), (0.84, 0.66))
     assert grip["commands_behind_the_claim"] == 15 and grip["eps"] == pytest.approx(0.181, abs=1e-3)
-    assert grip["share_of_k"] > 0.1  # one polytope is enough
+    assert grip["share_of_k_at_least"] > 0.1  # one corridor is enough
+    assert grip["confidence_of_that_share"] == 0.999
     assert grip["left_the_tube"] <= 6  # of 15: more happens with probability 1 % at that eps
     assert grip["replays"] > 50 > grip["replays_failed"]
     ice = trials.trial(recording(tmp_path / "ice.npz", 2.0), (0.84, 0.66))
-    assert ice["half_width_at_the_end"] > 1.0 and ice["share_of_k"] == 0.0
+    assert ice["half_width_at_the_end"] > 1.0 and ice["share_of_k_at_least"] == 0.0
     assert ice["status"] in ("no-plan", "not-found") and "replays" not in ice
