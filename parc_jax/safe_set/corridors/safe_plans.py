@@ -115,7 +115,8 @@ class SafePlans:
         if not len(self.inner):
             return 0.0
         scene, model, rng = self.scene, self.model, np.random.default_rng(0)
-        lo, hi, sides = model.domain.lo, model.domain.hi, model.domain.hi - model.domain.lo
+        lo, hi = model.domain.lo, model.domain.hi
+        sides = np.where(hi > lo, hi - lo, 1.0)
         k, hit = rng.uniform(lo, hi, (n, model.n_k)), np.zeros(n, bool)
 
         def look(rows: np.ndarray, ends: np.ndarray) -> None:
