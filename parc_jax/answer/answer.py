@@ -15,7 +15,7 @@ from parc_jax.answer.looks import Looks
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
-from parc_jax.common.arrays import once, read_only, restored
+from parc_jax.common.arrays import Sealed, once, read_only
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import as_key, generator
 from parc_jax.common.spelling import hex_text
@@ -47,7 +47,7 @@ CUT_AROUND = 20_000  # safe plans around which `polytopes` cuts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Answer:
+class Answer(Sealed):
     """The result of `Planner.solve`. All methods take and return float64 NumPy arrays.
 
     samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set.
@@ -83,8 +83,6 @@ class Answer:
             raise InputError(
                 "answer: expected a validation of this very query; got another's. Solve it anew."
             )
-
-    __setstate__ = restored
 
     def __repr__(self) -> str:
         return f"<{headline(self)}>"

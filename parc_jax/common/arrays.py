@@ -61,11 +61,20 @@ def restored(record, state: dict) -> None:
     """
 
     def kept(value):
-        if type(value) in (list, tuple):
-            return type(value)(map(kept, value))
+        if type(value) is tuple:
+            return tuple(map(kept, value))
         return read_only(value) if isinstance(value, np.ndarray) else value
 
     vars(record).update({name: kept(x) for name, x in state.items() if name[0] != "_"})
+
+
+class Sealed:
+    """A frozen record whose arrays nobody writes over, also in its copies and pickles."""
+
+    def __post_init__(self) -> None:
+        restored(self, vars(self))
+
+    __setstate__ = restored
 
 
 def at_least(name: str, value, lowest: float = 0.0) -> float:

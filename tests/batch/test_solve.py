@@ -2,7 +2,9 @@
 query.
 """
 
+import copy
 import itertools
+import pickle
 from dataclasses import replace
 
 import jax
@@ -57,8 +59,9 @@ def same(a, b):
 
 
 def rows(answer, index):
-    return answer._replace(
-        **{name: getattr(answer, name)[index] for name in ("found", "plans", "clearance", "draws")}
+    return replace(
+        answer,
+        **{name: getattr(answer, name)[index] for name in ("found", "plans", "clearance", "draws")},
     )
 
 
@@ -79,6 +82,15 @@ def test_every_plan_passes_the_single_query_and_the_exact_checker(toy):
         draws=512,
     )
     assert list(proved.proved) == [True, True, False]
+
+
+def test_plans_of_a_batch_are_not_written_over(toy):
+    """Moved in place they kept their status "exact-proved"."""
+    _, _, answer = toy
+    for one in (answer, copy.copy(answer), pickle.loads(pickle.dumps(answer))):
+        for array in (one.found, one.plans, one.clearance, one.draws, one.best):
+            with pytest.raises(ValueError, match="read-only"):
+                array[:1] = 0
 
 
 @pytest.mark.night

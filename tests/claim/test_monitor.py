@@ -2,7 +2,9 @@
 data.
 """
 
+import copy
 import json
+import pickle
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -64,6 +66,15 @@ def test_a_true_claim_rarely_rings(claim, rng):
     for x in outside[0]:
         state = state.bet(bool(x))
     assert state.e_value == pytest.approx(wealth[0, -1]) and state.left == outside[0].sum()
+
+
+def test_bets_of_a_monitor_are_not_written_over(claim):
+    """Written into a copy they were those of the first one, too."""
+    own = monitor(claim, NET)
+    for one in (own, copy.copy(own), pickle.loads(pickle.dumps(own))):
+        for array in (one.bets, one.log_wealth):
+            with pytest.raises(ValueError, match="read-only"):
+                array[:] = 0.3
 
 
 def test_a_shifted_disturbance_rings(claim):

@@ -52,6 +52,8 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     fresh = toy.answer().choose()
     assert fresh.tested is None and fresh.near is None and fresh.looks.taken == 0
     share = fresh.safe_box.share
+    with pytest.raises(ValueError, match="read-only"):
+        fresh.safe_box.half *= 2  # told as proved throughout
     assert fresh.risk().bound == min(1, fresh.model.claim.eps / share)
     said = fresh.details()
     assert "not run since it was chosen, so no statement" in said and "Perturbation" in said

@@ -374,6 +374,8 @@ def test_its_runs_decide_as_often_as_was_declared_however_a_scene_is_spelled():
         made.append(found.answer.model.claim.evidence[SEEN][-1])
         assert found.asked.delta == ASKED.delta / 2
         assert f"LOOK({number} of 2, which share one delta)" in found.details()
+    with pytest.raises(InputError, match="all 1 that were declared are spent"):
+        found.asked.looks.take()  # in another scene, say: it was as new
     # what the first look saw may have chosen what the second one tests: other disturbances
     assert made[0] != made[1]
     for obstacles in same:

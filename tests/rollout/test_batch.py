@@ -16,6 +16,7 @@ from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.runs.groups import worst_by_group
+from parc_jax.learning.runs.independent import marks_by_k
 from parc_jax.learning.runs.joined import concatenate, joined_source
 from parc_jax.learning.runs.law import law_spec
 from parc_jax.learning.runs.loaders import load_rollouts
@@ -167,6 +168,13 @@ def test_the_hash_of_a_run_sees_k_path_and_end(batch, field):
     changed[3].flat[-1] += 1e-3
     same = batch.replace(**{field: changed}).hashes() == batch.hashes()
     assert same.tolist() == [True, True, True, False, True, True]
+
+
+def test_a_zero_with_another_sign_makes_no_other_run(batch):
+    """A log and its copy with -0.0 for 0.0 were 120 runs to a monitor, of 60."""
+    zero = {"k": np.zeros_like(batch.k), "p": np.zeros_like(batch.p), "q": np.zeros_like(batch.q)}
+    own, other = batch.replace(**zero), batch.replace(**{name: -x for name, x in zero.items()})
+    assert (own.hashes() == other.hashes()).all() and marks_by_k(own.k) == marks_by_k(other.k)
 
 
 def test_recorded_runs_of_any_name_know_their_log():

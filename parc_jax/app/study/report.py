@@ -11,6 +11,7 @@ from parc_jax.answer.why import SMALL
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.study.replay import Replay
 from parc_jax.checker.entries import hash_of
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim
@@ -87,8 +88,8 @@ def asked_of(answer: Answer, claim: str | None) -> str:
 
 def explained(place: Path) -> str:
     """All sentences of a saved answer, which is checked anew; of a study's folder also those of its
-    validated set, and in the study's own words those of its replay and of the plan to drive, and
-    the times of its stages. Raises InputError.
+    validated set, and in the study's own words those of the replay of these plans and of the plan
+    to drive, and the times of its stages. Raises InputError.
     """
     folder = place.is_dir()
     answer = load_answer(place / "answer.json" if folder else place)
@@ -105,7 +106,8 @@ def explained(place: Path) -> str:
         return "\n".join(lines)
     with reading(place / METRICS, "the numbers of a study"):
         m = json.loads((place / METRICS).read_text(encoding="utf-8"))
-        told = _replayed(m["replay"], in_short(answer.model.claim)) if m["replay"] else []
+        same = m["replay"] and m.get("plans") == content_hash(answer.samples)
+        told = _replayed(m["replay"], in_short(answer.model.claim)) if same else []
         told += [] if m["driven"] is None else [m["driven"]["statement"]]
         stages = [
             f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
@@ -188,6 +190,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "timings": cover.timings,
         "validated": None,
         "asked": asked_of(answer, answer.model.claim.hash),
+        "plans": content_hash(answer.samples),
     }
     if tested is not None:
         # the share of all that is safe under its tube; the set is the coverage of it

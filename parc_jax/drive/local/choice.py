@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.answer.looks import Look, Looks, fresh_key
 from parc_jax.answer.risk import measured_of
-from parc_jax.common.arrays import read_only, restored
+from parc_jax.common.arrays import Sealed, read_only
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
@@ -76,7 +76,7 @@ class FreshRuns:
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class Choice(Sealed):
     """The plan to drive. Made by `Answer.choose`.
 
     plan (n_p + n_k,): start and parameters, in the frame of `scene`, a plan of the proved safe set.
@@ -108,8 +108,6 @@ class Choice:
                     "choice: expected results of this very plan in this scene; got those of "
                     "another. Choose it anew (tested=None, near=None), then test or localise it."
                 )
-
-    __setstate__ = restored
 
     @property
     def driven(self) -> Driven:

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Float
 
+from parc_jax.common.arrays import Sealed
 from parc_jax.common.sets.box import Box
 from parc_jax.common.shapes import Params, Vector
 from parc_jax.common.spelling import exact, hex_text
@@ -27,7 +28,7 @@ INWARD = 1 - 2.0**-40  # [1] middle and half widths are rounded: their box stays
 
 
 @dataclass(frozen=True, eq=False)
-class SafeBox:
+class SafeBox(Sealed):
     """A box of k from one start, every plan of it proved safe in exact arithmetic.
 
     p0 (n_p,): the start. middle, half (n_k,): the box. share: exact, of K. certificate: for the

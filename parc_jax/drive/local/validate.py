@@ -119,7 +119,7 @@ def validated(
         part = problem_part(answer.scene.problem, query.model)
         about = hash_of([part, *map(str, (*what, *how))])
         look = look._replace(others=look.others + _tested_before(asked, about, look.delta))
-    asked = replace(asked, delta=look.delta, looks=1)
+    asked = replace(asked, delta=look.delta, looks=Looks(look.delta, planned=1, taken=1))
     sets = nested_sets(query, own, seeds, settings, asked)
     if not sets:
         return replace(answer, validation=Validation(None, (), asked))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.checker.rests_on import IN_THE_WORLD, ON_THE_ROBOT, part_of
-from parc_jax.common.arrays import as_float64, content_hash
+from parc_jax.common.arrays import Sealed, as_float64, content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import exact, rounded_down
@@ -59,7 +59,7 @@ class Begun(list):
 
 
 @dataclass(frozen=True, eq=False)
-class Commitment:
+class Commitment(Sealed):
     """One manoeuvre, safe over all of its time for every run inside the tube; that the robot rests
     at its end is assumed. [T38] Proved in float64 with the margin that covers rounding; `proved`
     and `certificate` have the exact proof.

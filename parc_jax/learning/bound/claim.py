@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.checker.claim import words_of
-from parc_jax.common.arrays import once, restored
+from parc_jax.common.arrays import Sealed, once
 from parc_jax.common.errors import InputError, check_kind, check_text
 from parc_jax.common.premises import Premises
 from parc_jax.common.sets.box import Box
@@ -39,7 +39,7 @@ FORMAT = "parc_jax.claim/3"
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorClaim:
+class ErrorClaim(Sealed):
     """A tube and its error bound (PAC, or none). Made by `bound_error`, `calibrate`,
     `assumed_claim`, `declared_claim`, all through `error_claim`.
 
@@ -80,8 +80,6 @@ class ErrorClaim:
     bin_eps: tuple[Fraction | None, ...] | None = None
     intersample: tuple[float, ...] = ()
     hash: str = ""
-
-    __setstate__ = restored  # of a copy it is checked anew
 
     @property
     def domain(self) -> Box:

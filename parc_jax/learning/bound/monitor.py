@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from parc_jax.common.arrays import at_least, in_chunks
+from parc_jax.common.arrays import Sealed, at_least, in_chunks
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
 from parc_jax.common.spelling import rounded_down, rounded_up
@@ -29,7 +29,7 @@ _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one h
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Monitor:
+class Monitor(Sealed):
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
 
     log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
@@ -68,6 +68,7 @@ class Monitor:
     followed: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_network(self.claim, self.net)
         if self.of != self.claim.hash:
             raise InputError(

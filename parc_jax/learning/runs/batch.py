@@ -173,8 +173,9 @@ class RolloutBatch:
     @cached_property
     def _hashes(self) -> np.ndarray:
         def digest(i: int) -> str:  # row by row: a copy of all runs would be large
-            k, p, q = self.k[i].astype("<f8"), self.p[i].astype("<f4"), self.q[i].astype("<f4")
-            return hashlib.sha256(k.tobytes() + p.tobytes() + q.tobytes()).hexdigest()[:32]
+            told = self.k[i].astype("<f8"), self.p[i].astype("<f4"), self.q[i].astype("<f4")
+            # -0.0 is 0.0
+            return hashlib.sha256(b"".join((x + 0).tobytes() for x in told)).hexdigest()[:32]
 
         return np.array([digest(i) for i in range(self.n)], dtype="S32")
 

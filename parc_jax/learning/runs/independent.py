@@ -151,8 +151,8 @@ def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:
 
 
 def marks_by_k(k: np.ndarray) -> list[str]:
-    """The first 48 bits of the hash of each k (n, n_k) in float32: of all copies of a run."""
-    return [content_hash(row)[:12] for row in np.asarray(k, np.float32)]
+    """Of each k (n, n_k) 48 bits of a hash in float32, of all copies of a run: -0.0 is 0.0."""
+    return [content_hash(row)[:12] for row in np.asarray(k, np.float32) + 0]
 
 
 def repeated(runs: Any, marks: Collection[str]) -> np.ndarray:

@@ -5,13 +5,14 @@ sharded on a mesh. [T15]
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.common.arrays import x64
+from parc_jax.common.arrays import Sealed, x64
 from parc_jax.common.backend import spread
 from parc_jax.common.errors import InputError, naming, reading
 from parc_jax.common.keys import Stage, key_data, stream
@@ -33,7 +34,8 @@ FEW = 4  # obstacles, up to which pruning costs more than it saves
 Problems = Sequence[Problem] | BoxScenes
 
 
-class BatchAnswer(NamedTuple):
+@dataclass(frozen=True, eq=False, repr=False)
+class BatchAnswer(Sealed):
     """The answer to s problems. Row i belongs to problem i.
 
     found: (s,) bool: a safe plan was found; False never says that none exists.
