@@ -16,7 +16,7 @@ from .episode import check_episode, is_episode, summary_of_episode
 from .exact import NotAnAnswer, Rejected, decimal, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
-from .question import about_the_model
+from .question import about_open_bins, about_the_model
 from .rests_on import part_of, printable
 
 FORMAT = "parc_jax.answer/3"
@@ -32,13 +32,14 @@ WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
 # What was proved: how many samples, sets, corridors and boxes of doubt; None, or kind and exact
-# volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory. scene:
-# body, obstacles and starts in words; said: what the file says of it; moving: obstacles that are
-# there for a while; seconds: of a plan. The claim is quoted; arithmetic: of `checked_claim`.
+# volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory, and one
+# that stands for no claim. scene: body, obstacles and starts in words; said: what the file says of
+# it; moving: obstacles that are there for a while; seconds: of a plan. The claim is quoted;
+# arithmetic: of `checked_claim`.
 Report = collections.namedtuple(
     "Report",
-    "samples sets corridors doubt no_plan scene said moving seconds bins without_model claim "
-    "arithmetic hash",
+    "samples sets corridors doubt no_plan scene said moving seconds bins without_model "
+    "without_claim claim arithmetic hash",
 )
 
 
@@ -132,6 +133,7 @@ def check_answer(answer, processes=1):
         seconds=decimal(context.T * context.dt),
         bins=context.n_bins,
         without_model=context.bins_without_model(),
+        without_claim=context.bins_without_claim(),
         claim=answer["claim"],
         arithmetic=arithmetic,
         hash=hashes,
@@ -174,6 +176,7 @@ def summary(report):
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"
         yield "  said of them at other times"
     yield about_the_model(report)
+    yield from about_open_bins(report)
     yield from told(report.claim, report.arithmetic, report.hash)
 
 

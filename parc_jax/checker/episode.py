@@ -13,7 +13,7 @@ from .claim import TESTED, at, checked_claim, told
 from .entries import canonical, hash_of
 from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
-from .question import about_the_model
+from .question import about_open_bins, about_the_model
 from .rests_on import SAME, checked_premises, doubt_of, lines_of, seconds
 from .turns import MOST, OFF, cosine_and_sine
 
@@ -26,10 +26,12 @@ PARTS = ("network", "tube", "manoeuvres", "claim", "copies", "doubt", "premises"
 # next one began when the one before had come to its end. moving: manoeuvres with obstacles that are
 # told of for some of its intervals each. moves: [m] that a coordinate of a point of a manoeuvre
 # that came to its end changes in its last interval at most: as predicted, and in the tube.
-# premises: what it rests on. bins, without_model, claim, arithmetic: as of an answer.
+# premises: what it rests on. bins, without_model, without_claim, claim, arithmetic: as of an
+# answer.
 Report = collections.namedtuple(
     "Report",
-    "manoeuvres begin end rests moving moves premises bins without_model claim arithmetic hash",
+    "manoeuvres begin end rests moving moves premises bins without_model without_claim claim "
+    "arithmetic hash",
 )
 
 # One manoeuvre, as the next one asks for it: k, from when it is, from where: place, heading or
@@ -87,6 +89,7 @@ def check_episode(episode: dict, allowance_of: Callable) -> Report:
         premises=premises,
         bins=context.n_bins,
         without_model=context.bins_without_model(),
+        without_claim=context.bins_without_claim(),
         claim=episode["claim"],
         arithmetic=checked_claim(
             episode["claim"], hashes, context.n_bins, (context.lo, context.hi), context.dt
@@ -281,6 +284,7 @@ def summary_of_episode(report: Report) -> Iterator[str]:
         yield "  those that move are, at most until its last knot: nothing is said of them before"
         yield "  and after. They may run into a robot that rests"
     yield about_the_model(report)
+    yield from about_open_bins(report)
     yield "What this is about, and what it rests on:"
     yield from lines_of(report.premises)
     yield from told(report.claim, report.arithmetic, report.hash)

@@ -11,6 +11,7 @@ from fractions import Fraction
 from .exact import FRACTION, Rejected, dot, integers, need, weighted
 
 MOST_AXES = 3  # multipliers are found here in one to three dimensions
+NO_CLAIM = 10**100  # errors so large stand for none that are known
 
 
 class Widths:
@@ -24,7 +25,7 @@ class Widths:
         self.e = e
         self.scale = scale
         self.cost = len(e)  # of support, in products
-        self.allows_none = True
+        self.allows_none, self.open = True, max(e) >= NO_CLAIM * scale
 
     def support(self, w, goal_row=None):
         return Fraction(dot([abs(x) for x in w], self.e), self.scale)
@@ -54,6 +55,7 @@ class Template:
         self.ways = ways
         self.known = None
         self.allows_none = all(b >= 0 for _, b in rows)
+        self.open = any(b >= NO_CLAIM * scale for _, b in rows)
         named = max((sum(map(len, some)) for some in ways), default=0)
         self.cost = FRACTION * n * named
         if n <= MOST_AXES:

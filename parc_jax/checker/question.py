@@ -255,6 +255,12 @@ class Question:
             found += not all(each.allows_none for each in errors)
         return found
 
+    def bins_without_claim(self):
+        """How many bins have a tube that is so wide that it stands for no claim."""
+        both = zip(self.interval, self.final, strict=True)
+        errors = ([final, *itertools.chain(*by_interval)] for by_interval, final in both)
+        return sum(any(each.open for each in of_bin) for of_bin in errors)
+
     def bins_meeting(self, lo, hi, closed):
         """Bins that meet the box [lo, hi] of k, row-major: as closed boxes or with interiors."""
         bins, before = [0], operator.le if closed else operator.lt
@@ -283,6 +289,13 @@ class Question:
         """The errors that a trajectory may have at its end in each of some bins."""
         self.spend(len(bins) * FRACTION * self.n_end)
         return Several([AtEnd(self.final[b], self.interval[b][-1], self.n_p) for b in bins], min)
+
+
+def about_open_bins(report):
+    """That some bins have no claim, a line; none where each has one."""
+    if report.without_claim:
+        of = f"{report.without_claim} of {report.bins}"
+        yield f"{of} bins of K have no claim: their tube is 10^100 or more wide"
 
 
 def about_the_model(report):

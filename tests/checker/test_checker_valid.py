@@ -2,11 +2,13 @@
 sets agree.
 """
 
+import json
 import random
 from fractions import Fraction as F
 from pathlib import Path
 
 import answer_files as build
+import known
 import known_points
 import oracle
 import pytest
@@ -136,6 +138,22 @@ def test_a_claim_is_optional_and_its_kind_is_reported():
         text = "\n".join(checker.summary(checker.check_answer(build.rehash(answer))))
         assert word in text
         assert "\x1b" not in text
+
+
+@pytest.mark.parametrize("part", ["interval", "final"])
+@pytest.mark.parametrize("made", [known.plain, known_points.points])
+def test_it_says_how_many_bins_have_no_claim(made, part):
+    """By the tube alone: of a claim that is assumed or declared no premise says it."""
+    answer = json.loads(json.dumps(made()))
+    words = "bins of K have no claim"
+    assert words not in "\n".join(checker.summary(checker.check_answer(answer)))
+    answer |= {"samples": [], "sets": [], "corridors": [], "doubt": [], "no_plan": None}
+    wide = answer["tube"][part][-1]
+    wide = wide[-1][-1] if part == "interval" else wide
+    (wide["b"] if isinstance(wide, dict) else wide)[0] = (1e100).hex()
+    report = checker.check_answer(build.rehash(answer))
+    told = f"1 of {report.bins} {words}: their tube is 10^100 or more wide"
+    assert report.without_claim == 1 and told in checker.summary(report)
 
 
 @pytest.mark.parametrize(

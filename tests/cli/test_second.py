@@ -3,6 +3,7 @@ two.
 """
 
 import json
+import os
 from fractions import Fraction as F
 
 import known
@@ -11,6 +12,7 @@ from episode_files import Robot, sealed
 from toy_file import save, toy_file
 
 from parc_jax.app.cli import check as second
+from parc_jax.app.cli import main
 
 SAYS = {  # stands for the built program: what it prints, and the code that it ends with
     "accepts": ('{"code": 0, "lines": ["ACCEPTED. So it is."], "entries": {}}', 0),
@@ -150,6 +152,26 @@ def test_without_node_one_sentence_says_what_to_install(shell, monkeypatch):
     assert "there is neither. Install node (Debian: apt-get install nodejs)" in complained
 
 
+def test_options_that_the_help_offers_are_taken_back_too(shell, stand_in):
+    stand_in("accepts")
+    code, said, complained = shell(toy_file(), "--no-second", "--json", "--no-json")
+    assert code == 0 and complained == "" and said.startswith("ACCEPTED") and "Verdicts" not in said
+    code, said, complained = shell(toy_file(), "--seconds")
+    assert code == 2 and said == "" and complained.startswith("usage: parc-jax check")
+    assert "[--second | --no-second]" in " ".join(complained.split())
+
+
+def test_a_pipe_which_is_read_once_is_refused_in_one_sentence(stand_in, tmp_path, capsys):
+    stand_in("accepts")
+    ours, theirs = os.pipe()
+    os.write(theirs, save(tmp_path / "answer.json", toy_file()).read_bytes())
+    os.close(theirs)
+    with pytest.raises(SystemExit) as done:
+        main(["check", f"/dev/fd/{ours}", "--second"])
+    os.close(ours)
+    assert done.value.code == 2 and "is a pipe, which is read once" in capsys.readouterr().err
+
+
 def test_a_named_program_that_is_none(shell, monkeypatch, tmp_path):
     monkeypatch.setenv(second.VARIABLE, str(tmp_path / "absent"))
     code, said, complained = shell(toy_file())
@@ -170,8 +192,12 @@ def test_of_an_episode_both_have_a_verdict(shell, monkeypatch):
     for heading in (None, F(1, 3)):
         file = robot.episode(robot.driven(2, heading))
         code, said, _ = shell(file)
-        assert code == 0 and said.splitlines()[-1].endswith("the proved checker accepts.")
+        last = "the proved checker accepts what it looked at, not all."
+        assert code == 3 and said.splitlines()[-1].endswith(last)
         assert "2 manoeuvres of one body" in said and "NOT PROVED here: that each began" in said
+        code, said, _ = shell(file, "--json")
+        report = json.loads(said)
+        assert code == report["second"]["code"] == 3 and report["accepted"] is False
     file["manoeuvres"][1]["problem"]["obstacles"][0]["b"][2] = "0"  # reaches to where it stands
     code, said, _ = shell(sealed(file))
     assert code == 1 and "REJECTED: 1 entries are not proved, the first is manoeuvres[1]" in said

@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 import platform
 import re
+import subprocess
 from contextlib import contextmanager
 
 import jax
@@ -15,7 +16,7 @@ from toy_header import TUBES, toy_tables, write_toy
 from toy_models import line_model, model_of, told
 
 import parc_jax as pj
-from benchmarks.compiled_header import Header
+from benchmarks.compiled_header import COMPILER, Header
 from parc_jax.app.cli import main
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
@@ -206,6 +207,23 @@ def test_under_another_rounding_mode_nothing_is_safe(tmp_path):
         with rounding(mode) as so:
             said = header.are_safe(p0, k)
         assert so and (said == safe).all()
+
+
+@needs_compiler
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="-ffast-math sets them so on x86")
+def test_where_subnormal_numbers_are_zero_nothing_is_safe(tmp_path):
+    """In a program that is linked so, a k that is outside by one was inside."""
+    answer = toy_query.answer()
+    path = pj.exchange.write_c(answer, tmp_path / "toy.h")
+    plan = ", ".join(x.hex() for x in answer.samples[0].tolist())
+    source = f"""#include "toy.h"
+    int main(void) {{ const double x[] = {{{plan}}}; return toy_is_safe(x, x + toy_N_P); }}"""
+    path.with_suffix(".c").write_text(source)
+    built, run = str(path.with_suffix(".o")), str(tmp_path / "asked")
+    for flags, said in (([], 1), (["-ffast-math"], 0)):
+        subprocess.run([COMPILER, "-O2", "-c", path.with_suffix(".c"), "-o", built], check=True)
+        subprocess.run([COMPILER, *flags, built, "-o", run], check=True)
+        assert subprocess.run([run]).returncode == said
 
 
 @needs_compiler

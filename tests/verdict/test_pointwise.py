@@ -7,9 +7,17 @@ from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, host_outputs, line_model, model_of, toy_case
 
 from parc_jax.common.sets.box import box
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.safe_set.verdict import pointwise as engine
-from parc_jax.safe_set.verdict.pointwise import CHUNK, Verdicts, anchor, row_margin, verdicts
+from parc_jax.safe_set.verdict.pointwise import (
+    CHUNK,
+    Verdicts,
+    anchor,
+    predictions,
+    row_margin,
+    verdicts,
+)
 from parc_jax.safe_set.verdict.scene import scene_of
 
 
@@ -30,6 +38,21 @@ def test_bins_are_the_tubes_bins_and_none_is_outside_of_k(example):
     outside = k + np.array([2.5, 0.0])
     got = verdicts(scene, p0, outside)
     assert (got.bin == -1).all() and not got.safe.any() and not got.reaches.any()
+
+
+def test_a_k_that_is_outside_by_a_subnormal_number_is_outside():
+    """A processor that takes it for zero sees it on the border, which belongs to K."""
+    lo, hi = np.array([0.0, -1.0]), np.array([1.0, -0.0])
+    net = relu_network([np.zeros((2, 2))], [np.zeros(2)])
+    still = model_of(net, box(lo, hi), np.full((1, 1, 2), 0.01), np.full((1, 2), 0.01))
+    scene = scene_of(reach_avoid(box([-1, -1], [1, 1]), [], 0.1), still)
+    tiny = np.array([-1e-310, -5e-324, -0.0, 0.0, 5e-324, 1e-310])
+    k = np.stack([np.r_[tiny, np.full(6, 0.5)], np.r_[np.full(6, -0.5), tiny]], axis=1)
+    p0, inside = np.zeros(k.shape), still.domain.contains(k)
+    assert inside.tolist() == 2 * [False] + 8 * [True] + 2 * [False]
+    for seen in (verdicts(scene, p0, k), predictions(scene, p0, k)):
+        np.testing.assert_array_equal(seen.reaches, inside)
+    np.testing.assert_array_equal(anchor(scene, p0, k)[1], inside)
 
 
 @pytest.mark.parametrize("fitted", [False, pytest.param(True, marks=pytest.mark.slow)])

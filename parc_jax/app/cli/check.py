@@ -1,5 +1,6 @@
 """`parc-jax check`: the independent checker, the proved one; `parc-jax explain`: all sentences."""
 
+import argparse
 import contextlib
 import io
 import json
@@ -25,6 +26,8 @@ const bytes = require("fs").readFileSync(process.argv[2]);
 console.log(JSON.stringify(parcCheck(bytes)));
 """
 ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+# begins a line of the second about a part at which only the first looks, as of each episode
+NOT_HERE = "NOT PROVED here:"
 VERDICTS = {
     ACCEPTED: "accepts",
     REJECTED: "rejects",
@@ -50,22 +53,31 @@ def check(
         answer: The answer file.
         second: Ask the proved checker too: the program that PARC_JAX_PROVED_CHECKER names, else
             the one of the page in node. Exit code 0 if both accept, 1 if either rejects, 3 if the
-            second did not look at all of it.
+            second did not look at all of it, which of an episode it never does.
         processes: Share the entries among so many processes.
     """
     options = [("--second", second), ("--json", shell.json)]
     given = [name for name, asked in options if asked]
-    return brief([str(answer), f"--processes={processes}", *given])
+    return brief([f"--processes={processes}", *given, "--", str(answer)])
 
 
 def brief(arguments: list[str]) -> int:
-    """The checker's command line, its report in short; the exit code."""
-    if "--second" in arguments:
-        arguments = [word for word in arguments if word != "--second"]
-        return both(Path(command_line().parse_args(arguments).answer), arguments)
+    """The checker's command line and what the shell adds, its report in short; the exit code."""
+    parser = command_line()
+    parser.prog = "parc-jax check"
+    parser.add_argument("--no-json", dest="json", action="store_false", help="the report in words")
+    both_ways = {"action": argparse.BooleanOptionalAction, "default": False}
+    parser.add_argument("--second", **both_ways, help="ask the proved checker too")
+    try:
+        asked = parser.parse_args(arguments)
+    except SystemExit as told:
+        return told.code
+    arguments = [f"--processes={asked.processes}", *["--json"] * asked.json, "--", asked.answer]
+    if asked.second:
+        return both(Path(asked.answer), arguments)
     code, said = reported(arguments)
-    if code == ACCEPTED and not {"--json", "-h", "--help"} & set(arguments):
-        said = "\n".join(shortened(said.splitlines(), command_line().parse_args(arguments).answer))
+    if code == ACCEPTED and not asked.json:
+        said = "\n".join(shortened(said.splitlines(), asked.answer))
     if said:
         tell(said.removesuffix("\n"))
     return code
@@ -99,6 +111,11 @@ def shortened(lines: list[str], answer: Path | str) -> list[str]:
 def both(answer: Path, arguments: list[str]) -> int:
     """Both verdicts, and the exit code of the two."""
     other = find_second()  # refused before the first one takes its time
+    if answer.is_fifo():
+        raise InputError(
+            f"check --second: expected a file, which each checker reads; {answer} is a pipe, which "
+            "is read once. Save it first."
+        )
     first, printed = reported(arguments)
     if first not in (ACCEPTED, REJECTED):
         return first  # the first checker has reported that this is no answer
@@ -168,9 +185,11 @@ def ask(second: Second, answer: Path) -> Verdict:
     done = subprocess.run(command, capture_output=True, text=True, errors="replace")
     with contextlib.suppress(ValueError, KeyError, TypeError):
         verdict = json.loads(done.stdout)
+        code, lines = verdict["code"], [str(line) for line in verdict["lines"]]
         # node ends with 1 for a fault in a program too: only a printed code is a verdict
-        if done.returncode == 0 and verdict["code"] in (ACCEPTED, REJECTED, IN_PART):
-            return Verdict(verdict["code"], [str(line) for line in verdict["lines"]])
+        if done.returncode == 0 and code in (ACCEPTED, REJECTED, IN_PART):
+            in_part = code == ACCEPTED and any(line.startswith(NOT_HERE) for line in lines)
+            return Verdict(IN_PART if in_part else code, lines)
     why = (done.stderr.strip() or done.stdout.strip() or "nothing was printed")[-300:]
     return Verdict(None, [f"NO VERDICT: the program ended with {done.returncode}: {why!a}"])
 

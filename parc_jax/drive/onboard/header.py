@@ -27,8 +27,9 @@ WARNING = (
     "rounded to nearest, with nothing wider in its place, on literals that are doubles, and on a "
     "compiler that changes no sums: compile without -ffast-math and the options that it stands "
     "for. Where the compiler tells that it is otherwise, this file does not compile. The processor "
-    "is asked in each call: under another rounding mode, or where a number of p0 or k is infinite "
-    "or none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
+    "is asked in each call: under another rounding mode, where subnormal numbers count as zero, as "
+    "in a program that is linked with -ffast-math, or where a number of p0 or k is infinite or "
+    "none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
     "refuse."
 )
 COMPARED = (

@@ -22,11 +22,14 @@ static inline int NAME_finite(const double *x, int n)
     return 1;
 }
 
-/* Does the processor round to nearest? It is asked, and not the compiler: hence volatile. */
-static inline int NAME_to_nearest(void)
+/* Does the processor round to nearest, and keep numbers so small that a program linked with
+ * -ffast-math takes them for zero? It is asked, and not the compiler: hence volatile. */
+static inline int NAME_as_ieee(void)
 {
     const volatile double little = 0.75 * DBL_EPSILON;
-    return 1.0 + little > 1.0 && -1.0 - little < -1.0;
+    const volatile double least = DBL_MIN;
+    const volatile double less = least * 0.5;
+    return 1.0 + little > 1.0 && -1.0 - little < -1.0 && less > 0.0;
 }
 
 /* [m] How far the errors of one bin, interval and reference point reach against w. */
@@ -149,7 +152,7 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     double path[(NAME_N_STEPS + 1) * NAME_N_C + NAME_N_Q];
     const double *end = path + NAME_N_STEPS * NAME_N_C;
     int bin = -1;
-    if (NAME_to_nearest() && NAME_finite(p0, NAME_N_P) && NAME_finite(k, NAME_N_K))
+    if (NAME_as_ieee() && NAME_finite(p0, NAME_N_P) && NAME_finite(k, NAME_N_K))
         bin = NAME_bin(k);
     if (bin < 0)
         return 0;

@@ -106,13 +106,22 @@ def arrival(
     that contains k; None = the only one, and none on a border. lost: as of `anchored`. Kernel.
     """
     bin = open_bin_of(tube.edges, k) if bin is None else bin
-    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
+    lo, at, hi = map(ordered, (scene.k_lo, k, scene.k_hi))
+    bin = jnp.where(((lo <= at) & (at <= hi)).all(), bin, -1)
     lost = tube.support_at_end(scene.goal_A, bin) if lost is None else lost[bin]
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
     first = end[: p0.shape[0]]
     inside = least(jnp.minimum(first - scene.z_lo, scene.z_hi - first))
     goal = jnp.where(inside < 0, jnp.minimum(goal, inside), goal)  # rows may overflow far out [T11]
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
+
+
+def ordered(x: Float[ArrayLike, " n"]) -> jax.Array:
+    """Whole numbers in the order of x, from its bits: numbers so small that a processor may take
+    them for zero lie on their own side of it. Kernel.
+    """
+    bits = jax.lax.bitcast_convert_type(jnp.asarray(x, float), jnp.result_type(int))
+    return jnp.where(bits < 0, jnp.iinfo(bits.dtype).min - bits, bits)  # of -0 as of 0
 
 
 def verdict(
