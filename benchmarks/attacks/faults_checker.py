@@ -199,9 +199,9 @@ CHECKER = (
     ),
     Fault(
         "checker_the_end_may_leave_out_the_model",
-        "bins_without_model",
-        "errors = [final, *itertools.chain.from_iterable(by_interval)]",
-        "errors = [*itertools.chain.from_iterable(by_interval)]",
+        "_bins_where",
+        "([final, *itertools.chain(*by_interval)] for",
+        "([*itertools.chain(*by_interval)] for",
         "tests/checker/test_checker_valid.py::test_it_says_whether_the_tube_holds_the_model",
     ),
     Fault(

@@ -249,17 +249,16 @@ class Question:
         """How many bins have a tube that leaves out the model's own trajectory: some template there
         does not allow the error zero.
         """
-        found = 0
-        for by_interval, final in zip(self.interval, self.final, strict=True):
-            errors = [final, *itertools.chain.from_iterable(by_interval)]
-            found += not all(each.allows_none for each in errors)
-        return found
+        return self._bins_where(lambda each: not each.allows_none)
 
     def bins_without_claim(self):
         """How many bins have a tube that is so wide that it stands for no claim."""
+        return self._bins_where(lambda each: each.open)
+
+    def _bins_where(self, holds):
         both = zip(self.interval, self.final, strict=True)
         errors = ([final, *itertools.chain(*by_interval)] for by_interval, final in both)
-        return sum(any(each.open for each in of_bin) for of_bin in errors)
+        return sum(any(map(holds, of_bin)) for of_bin in errors)
 
     def bins_meeting(self, lo, hi, closed):
         """Bins that meet the box [lo, hi] of k, row-major: as closed boxes or with interiors."""

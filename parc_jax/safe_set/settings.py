@@ -31,8 +31,8 @@ def work_of(share: float) -> Work:
 
 @dataclass(frozen=True)
 class Settings(Options):
-    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
-    `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
+    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`;
+    `replace` changes some fields of one. Raises InputError for values without meaning.
     """
 
     samples: int = 100
@@ -90,8 +90,3 @@ class Settings(Options):
     def whole(cls) -> "Settings":
         """The whole safe set but one hundredth, as corridors, proved."""
         return cls()
-
-    @classmethod
-    def thorough(cls) -> "Settings":
-        """All but three thousandths, at confidence 0.999; more for slivers, proofs of absence."""
-        return cls(target=0.003, confidence=0.999, work=8.0, budget_s=3600.0)

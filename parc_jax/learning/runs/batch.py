@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, content_hash, read_only
+from parc_jax.common.arrays import Sealed, as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import check_seed
 from parc_jax.common.sets.box import Box, box
@@ -32,7 +32,7 @@ BY_ROW = ("rows", "k", "p", "q", "groups", "lost")  # the arrays of a batch
 
 
 @struct.dataclass
-class RolloutBatch:
+class RolloutBatch(Sealed):
     """n runs on one record grid. Build with `rollout_batch`, which validates, or with `collect`.
 
     rows:   (n,) int64           global row numbers within (seed, stage).
@@ -70,11 +70,6 @@ class RolloutBatch:
     given: tuple[int, ...] = struct.field(pytree_node=False, default=())
     lost: np.ndarray | None = None
     source: tuple[str, int, int] | None = struct.field(pytree_node=False, default=None)
-
-    def __post_init__(self) -> None:
-        for name in BY_ROW:  # hashes of what is written over would be of other runs
-            if isinstance(array := getattr(self, name), np.ndarray):
-                object.__setattr__(self, name, read_only(array))
 
     def __repr__(self) -> str:
         return f"RolloutBatch({counted(self.n, 'run')} of {self.name})"
