@@ -154,6 +154,8 @@ def _first_proved(scene: Scene, rng: np.random.Generator) -> Points | None:
     """The first plan of a round that is proved. What floats say here decides nothing."""
     model, tube = scene.model, scene.model.tube
     z, k, _ = proposed(scene, rng, DRAWN)
+    if not len(k):  # no end fits into the goal, whatever bin k is in
+        return None
     offsets, q = trajectories(model.net, model.layout, k)
     p0 = z - offsets[:, -1, : model.n_p] if scene.at is None else np.tile(scene.at, (len(k), 1))
     path, bins = moved_to(p0, offsets), tube.bin_of(k)

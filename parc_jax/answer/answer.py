@@ -16,7 +16,7 @@ from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.risk import about_draw, risk_of_draw
 from parc_jax.answer.why import Why, why_of
 from parc_jax.common.arrays import Sealed, once, read_only
-from parc_jax.common.errors import InputError, check_count
+from parc_jax.common.errors import InputError, check_count, reading
 from parc_jax.common.keys import as_key, generator
 from parc_jax.common.spelling import hex_text
 from parc_jax.common.status import Status
@@ -170,6 +170,8 @@ class Answer(Sealed):
         Consumes `key`. Raises InputError.
         """
         check_count("starts: most", most, 0, "1, for each k")
+        with reading("starts: k", "numbers"):
+            k = np.atleast_2d(np.asarray(k, float))
         k = as_plans("starts", self.model, np.zeros((len(k), self.model.n_p)), k)[1]
         return self._plans.starts(generator(key), k, most)
 

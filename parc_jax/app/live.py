@@ -22,7 +22,7 @@ from parc_jax.common.said import without_braces
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.common.sets.hull import around_box, convex_hull
-from parc_jax.common.spelling import listed
+from parc_jax.common.spelling import exact, listed
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import by_point
@@ -182,10 +182,21 @@ class Live:
     def scene(self) -> Scene:
         """As it was dragged, of the part of K asked for, always of one size. Raises InputError."""
         scene = padded(pruned_scene(self._nominal()), *self._size)
-        # where some are given the others have other columns
-        axes = [self.model.labels.k.index(name) for name in scene.model.labels.k]
-        lo, hi = np.clip(self.k[:, axes], scene.k_lo, scene.k_hi)
+        axes = self.chosen  # where some are given the others have other columns
+        lo, hi = self.k[:, axes]
+        lo, hi = np.maximum(lo, scene.k_lo), np.minimum(hi, scene.k_hi)
+        if (out := np.flatnonzero(lo > hi)).size:
+            name, ends = scene.model.labels.k[out[0]], (scene.k_lo[out[0]], scene.k_hi[out[0]])
+            raise InputError(
+                f"{name_of(name)}: expected some of {' to '.join(map(exact, ends))}, from where no "
+                "error of execution leaves K. Move its slider."
+            )
         return scene.replace(k_lo=lo, k_hi=hi)
+
+    @property
+    def chosen(self) -> list[int]:
+        """Axes of k that are neither given nor unknown."""
+        return [self.model.labels.k.index(name) for name in self._nominal().model.labels.k]
 
     def draw(self, scene: Scene | None = None) -> Drawn:
         """Safe plans, each verified in float64: those of before where they still are, others near

@@ -88,8 +88,8 @@ class Page:
         self._play.on_update(lambda _: self._ask())
         number = gui.add_slider("plans", 16, 64, 16, live.wanted)
         self._slides(number, lambda n: setattr(live, "wanted", int(n)))
-        for i, (label, *side) in enumerate(zip(live.model.labels.k, *live.k, strict=True)):
-            lo, hi = map(float, side)
+        for i in live.chosen:
+            label, (lo, hi) = live.model.labels.k[i], map(float, live.k[:, i])
             if lo < hi:
                 step, ends = (hi - lo) / 100, tuple((x, f"{x:.3g}") for x in (lo, hi))
                 slider = gui.add_multi_slider(
@@ -255,7 +255,9 @@ def about_set(answer: Answer) -> list[str]:
     box, robust = scene.box_of_k, scene.nominal.uncertainty is not None
     of = all_plans(scene.at is not None, box if box == claim.law.box else "the sliders' part of K")
     if share is not None:
-        around = "" if answer.cover.within is None else " around the first found"
+        around = (
+            "" if answer.cover.within is None else ", counting only those around the first found"
+        )
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
         sure = f"confidence {rounded_down(str(share.confidence), 10)}"
         doubt = " for all that is uncertain" * robust

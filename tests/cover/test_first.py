@@ -39,6 +39,13 @@ def turning():
     return model, points_problem(rng, model)
 
 
+def test_where_no_end_fits_into_the_goal_the_exact_engine_answers():
+    """It ended in a ValueError about shapes, and an older answer.json stayed."""
+    wide, goal = line_model(4, 0.6), box([-0.5, -0.5, -9], [0.5, 0.5, 9])
+    found = Planner(wide).solve(reach_avoid(goal, [], 0.1), KEYS[0], PROVED)
+    assert not found.status.found
+
+
 @pytest.mark.parametrize(
     "question",
     [

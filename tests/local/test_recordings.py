@@ -343,6 +343,10 @@ def test_a_summary_tells_of_its_own_tests_and_no_others(answer, model):
 
 def test_starts_are_uniform_on_those_of_a_set(answer):
     wide = answer.validation.answer
+    for odd in (None, {0.5}):
+        with pytest.raises(InputError, match="starts"):
+            wide.starts(KEY, odd)
+    assert len(wide.starts(KEY, [0.5, 0.5])) == 1  # one plan's
     k = np.full((400, 2), 0.5)
     starts = np.array([p0[0] for p0 in wide.starts(KEY, k)])
     assert wide.contains(starts, k).all()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from compilations import compiled_by
 from needs import need
+from scipy.optimize import linprog
 from toy_bodies import points_model
 from toy_models import line_model, told
 
@@ -18,6 +19,7 @@ from parc_jax.app import cli, live_page
 from parc_jax.app import live as module
 from parc_jax.app.live import Live, live, swept
 from parc_jax.app.live_page import about_set
+from parc_jax.app.plot.page import page_data
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.common.spelling import rounded_down
@@ -244,6 +246,18 @@ def test_sliders_narrow_the_parameters_that_are_left_where_others_are_given():
     alone.k[:, 1] = -0.2, 0.1
     k = alone.draw().plans[:, -1]
     assert len(k) >= 8 and (k >= -0.2).all() and (k <= 0.1).all()
+    assert alone.chosen == [1]  # a slider of what is given does nothing, and there is none
+
+
+def test_a_slider_where_no_execution_stays_in_k_is_told():
+    """Plans of the nearest k that may be asked for were drawn in its place."""
+    known = pj.Uncertainty(k={"k0": 0.2})
+    problem = pj.reach_avoid(GOAL, [], 0.05, START, uncertainty=known)
+    alone = Live(line_model(e=0.01, half=2.5), problem)
+    alone.k[:, 0] = 2.4, 2.5
+    for ask in (alone.draw, alone.settle):
+        with pytest.raises(InputError, match=r"k0: expected some of -2\.3 to 2\.3, from where"):
+            ask()
 
 
 def test_sliders_of_what_is_not_known_make_plans_robust_and_compile_nothing_while_dragged():
@@ -338,6 +352,29 @@ def test_a_set_of_the_sliders_part_says_so_wherever_it_goes(tmp_path):
         )
         k = one.sample(jax.random.PRNGKey(0), 500)[:, 2:]
         assert (dragged.k[0] <= k).all() and (k <= dragged.k[1]).all()
+
+
+@pytest.mark.slow
+def test_polytopes_pages_and_headers_keep_to_the_sliders_part(tmp_path):
+    """They were of all k, beside an answer that has none outside of the part."""
+    problem = pj.reach_avoid(GOAL, BLOCKS, 0.05, START)
+    dragged = Live(line_model(e=0.01, half=2.5), problem)
+    dragged.k = np.array([[1.5, -0.25], [1.75, 0.25]])
+    answer, _ = dragged.settle()
+    data = page_data(answer)
+    assert data["domain"] == {"lo": [1.5, -0.25], "hi": [1.75, 0.25]}
+    assert data["box"] == "[1.5, 1.75] x [-0.25, 0.25]"
+    for one in answer.polytopes(jax.random.PRNGKey(0), 50).all:
+        rows = one.halfspaces
+        for axis, lo, hi in ((2, 1.5, 1.75), (3, -0.25, 0.25)):
+            along = np.eye(4)[axis]
+            least, most = (
+                sign * linprog(sign * along, rows.A, rows.b, bounds=(None, None)).fun
+                for sign in (1, -1)
+            )
+            assert lo <= least <= most <= hi
+    with pytest.raises(InputError, match=r"expected an answer about all of K; this one is of k in"):
+        pj.exchange.write_c(answer, tmp_path / "part.h")
 
 
 def test_a_pose_is_dragged_and_turned():

@@ -104,6 +104,7 @@ def page_data(answer, polytopes=None) -> dict:
     parts = zip(PARTS, question_parts(problem, model), strict=True)
     return {
         **model_data(model, problem),
+        "domain": {"lo": answer.scene.k_lo.tolist(), "hi": answer.scene.k_hi.tolist()},
         **_plans(answer, polytopes),
         "rounding": [
             (float(answer.scene.slack) * np.abs(rows.A).sum(axis=1)).tolist()
@@ -112,7 +113,7 @@ def page_data(answer, polytopes=None) -> dict:
         ],
         "system": model.system,
         "labels": model.labels._asdict() | {"p": shapes.axes_of(answer)},
-        "box": model.claim.law.box,
+        "box": answer.scene.box_of_k,
         "level": answer.status.label,
         "absence": "" if answer.absence is None else answer.absence.details(),
         "at": None if asked.at is None else asked.at.tolist(),

@@ -70,6 +70,11 @@ def tables(answer: Answer) -> Tables:
             "export: expected an answer about any start; this one is told from one pose, perhaps "
             "in the robot's own frame, which a header would not say. Solve without `at`."
         )
+    if scene.box_of_k != model.claim.law.box:
+        raise InputError(
+            f"export: expected an answer about all of {model.claim.law.box}; this one is of k in "
+            f"{scene.box_of_k} alone, which a header would not say. Solve without that part."
+        )
     if not len(answer.corridors):
         raise InputError(
             "export: expected an answer with corridors; this one has none. Ask again with more "

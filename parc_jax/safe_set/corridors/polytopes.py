@@ -59,6 +59,7 @@ class SafePolytope:
         """The polytope as float64 rows over (p0, k), each pulled in by the rounding tolerance."""
         model, scene = self.scene.model, self.scene
         lo, hi = model.tube.bin_box(self.bin)
+        lo, hi = np.maximum(lo, scene.k_lo), np.minimum(hi, scene.k_hi)
         with x64():
             parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)
         A, b, C, d = (np.asarray(x) for x in parts)
