@@ -247,7 +247,7 @@ def _announce(name: str, runs: int, seconds_per_run: float) -> None:
 def _first_bound(settings: Learning) -> BoundSettings:
     eps = max(as_probability("eps", settings.bound.eps), FIRST_EPS)
     bound = settings.claims.replace(eps=eps, fresh=None, profile_runs=0)
-    return bound.replace(claims=("one",), blocks=None, even=False)
+    return bound.replace(claims=("one",), blocks=None)
 
 
 def _lesson(

@@ -11,7 +11,7 @@ import numpy as np
 import parc_jax as pj
 from parc_jax.learning.bound.measure import scores_of
 from parc_jax.learning.bound.pipeline import learn_profile
-from parc_jax.learning.bound.profile import evened
+from sims.evened import evened
 from sims.jackal import learn as jackal
 from sims.jackal.system import Jackal
 

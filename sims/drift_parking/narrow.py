@@ -51,7 +51,6 @@ def narrow_settings() -> Learning:
         bins=((lo[0], *SPEEDS, hi[0]), (lo[1], *SIDESLIPS, hi[1])),
         shape="fitted",
         profile_runs=40_000,
-        even=True,
         # two dozen of them may be left outside: a jump that is rarer than eps does not widen K
         fresh=40_000,
     )

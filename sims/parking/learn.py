@@ -11,8 +11,9 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.edges import edges_of
 from parc_jax.learning.bound.measure import measure
-from parc_jax.learning.bound.profile import bin_maxima, evened
+from parc_jax.learning.bound.profile import bin_maxima
 from parc_jax.learning.bound.tube import tube
+from sims.evened import evened
 from sims.parking.car import POINTS, STANDS, TURNED, Law, system, way_of
 
 EXACT = Law(odometer=0.0, steering=0.0, slope=0.0, motor=0.0, pushes=0.0)

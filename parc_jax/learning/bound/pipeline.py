@@ -24,7 +24,7 @@ from parc_jax.learning.bound.edges import choose_edges
 from parc_jax.learning.bound.fresh import SEEN, SHAPE, not_named, noted, remembered
 from parc_jax.learning.bound.measure import Errors, check_profile, measure, scores_of
 from parc_jax.learning.bound.monitor import require_new, require_unit
-from parc_jax.learning.bound.profile import SHAPES, evened, learnt_from, shape_of
+from parc_jax.learning.bound.profile import SHAPES, shape_of
 from parc_jax.learning.bound.settings import GAP, BoundSettings, intersample_of
 from parc_jax.learning.bound.start_gap import (
     ALIKE,
@@ -178,10 +178,7 @@ def bound_errors(
         with watch("profile"):
             n = _profile_runs(settings, train is not None, looks)
             further = noted(ledger, SHAPE, runs.further(n) if n else ())
-            early = learnt_from(further, n) if settings.even else further
-            profile = learn_profile(net, train, early, settings.bins, shape=settings.shape)
-            if settings.even:
-                profile = evened(net, profile, further)
+            profile = learn_profile(net, train, further, settings.bins, shape=settings.shape)
     with watch("fresh rollouts"):
         scores = scores_of(net, profile, runs.fresh(fresh_runs(settings, profile, looks)))
     settings = settings.replace(looks=looks)

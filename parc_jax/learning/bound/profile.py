@@ -1,6 +1,6 @@
 """Error shapes by time, axis and bin of K, from training runs: boxes, or principal faces. [T26]"""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
@@ -19,7 +19,6 @@ from parc_jax.learning.bound.measure import (
     chunk_size,
     extremes_many,
     measure,
-    scores_of,
 )
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube, zero_tube
 from parc_jax.learning.network.predict import layout_of, trajectories
@@ -27,7 +26,6 @@ from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.learning.runs.batch import RolloutBatch
 
 AT_ONCE = 2048  # runs whose errors are held at a time
-SHARE = 4  # of the runs for the profile one in so many is held back
 
 
 def largest_errors(net: ReLUNetwork, runs: RolloutBatch, edges: Edges) -> "Maxima":
@@ -99,32 +97,6 @@ def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:
     """(n_bins,) runs in each closed bin; numbers (n, c) of `bins_of` may name a bin twice."""
     ordered = np.sort(numbers, axis=1)
     return np.bincount(ordered[np.diff(ordered, axis=1, prepend=-1) > 0], minlength=n_bins)
-
-
-def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatch]:
-    """The first batches, all but a SHARE of n runs; the rest, in the iterator, evens them out."""
-    left = n - n // SHARE
-    for batch in batches:
-        yield batch
-        left -= batch.n
-        if left <= 0:
-            return
-
-
-def evened(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) -> Tube:
-    """The profile, every bin widened by the largest score in it of these runs, if above one.
-
-    Bins without such a run stay as they are. Failed runs are left out, as of every profile.
-    """
-    usable = [finite for finite in (batch.finite for batch in batches) if finite.n]
-    if not usable:
-        return profile
-    # before the calibration set, as the profile is, so a claim holds as before [T1]
-    scores, factor = scores_of(net, profile, usable), np.ones(profile.n_bins)
-    numbers = profile.bins_of(scores.k)
-    np.maximum.at(factor, numbers, np.broadcast_to(scores.score[:, None], numbers.shape))
-    halves = (half * factor.reshape(-1, *[1] * (half.ndim - 1)) for half in profile.halves)
-    return profile.with_halves(*halves)
 
 
 # [mean half width] without it the thinnest faces, which cost least, decide the score

@@ -168,9 +168,6 @@ class ModelBound(Sizing):
     blocks: tuple[int, ...] | None = None
     """Claims per axis of K, each about a block of neighbouring bins: a profile in fine bins, claims
     in coarse ones [T4]. Default: one claim over K; every bin, where claims by "bins" are named."""
-    even: bool = False
-    """Hold a quarter of the profile's runs back, and widen every bin by what it lacked for them, so
-    that the worst learnt bin does not decide about all."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
