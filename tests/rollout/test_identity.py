@@ -171,7 +171,7 @@ IMPORTED = {
     "as it runs": "def goes(k):\n    import {0}\n    return {0}.GAIN * k",
     "a name of it": "def goes(k):\n    from {0} import GAIN\n    return GAIN * k",
     "a function of it": "def goes(k):\n    from {0} import of\n    return of(k)",
-    "of a package": "def goes(k):\n    from {0}_in import {0}\n    return {0}.GAIN * k",
+    "of a package": "def goes(k):\n    from {0}_in.of import {0}\n    return {0}.GAIN * k",
     "by its name": "import {0}\ndef goes(k): return getattr({0}, 'GAIN') * k",
 }
 
@@ -183,8 +183,8 @@ def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monk
     if (how, change) == ("by its name", "below it"):
         return  # nothing of that is read
     name = f"gains_{[*IMPORTED].index(how)}_{change[:2]}"
-    base, folder = f"{name}_base", tmp_path / (f"{name}_in" if "package" in how else "")
-    folder.mkdir(exist_ok=True)
+    base, folder = f"{name}_base", tmp_path / (f"{name}_in/of" if "package" in how else "")
+    folder.mkdir(exist_ok=True, parents=True)
     text = f"import {base}\nGAIN = 1.0\ndef of(k): return 1.0 * k\n"
     (folder / f"{name}.py").write_text(text)
     (tmp_path / f"{base}.py").write_text("BASE = 1.0\n")
@@ -192,7 +192,7 @@ def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monk
     source, store = IMPORTED[how].format(name), {"path": tmp_path / "runs.npz", "quiet": True}
     for _ in range(2):
         pj.learning.collect(of_program(source), KEY, 4, **store)
-    there = next(sys.modules[x] for x in (name, f"{name}_in.{name}") if x in sys.modules)
+    there = next(sys.modules[x] for x in (name, f"{name}_in.of.{name}") if x in sys.modules)
     if change == "set":
         monkeypatch.setattr(there, "GAIN", 2.0)
         monkeypatch.setattr(there, "of", lambda k: 2.0 * k)

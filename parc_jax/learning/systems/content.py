@@ -17,6 +17,7 @@ from functools import cached_property, lru_cache, partial
 from importlib.machinery import ModuleSpec
 from importlib.util import resolve_name
 from itertools import accumulate, chain
+from pkgutil import get_importer
 from typing import NamedTuple
 
 import numpy as np
@@ -383,13 +384,14 @@ def _imports(code: types.CodeType, package: str) -> tuple[str, ...]:
 
 
 def _spec(name: str) -> ModuleSpec | None:
-    """Where a module is, of which nothing is run."""
+    """Where a module is, of which nothing is run, nor of the packages that it is in."""
     if name in sys.modules:
         return getattr(sys.modules[name], "__spec__", None)
-    above, path = name.rpartition(".")[0], None
-    if above and not (path := getattr(_spec(above), "submodule_search_locations", None)):
-        return None
-    found = (finder.find_spec(name, path) for finder in sys.meta_path)
+    if not (above := name.rpartition(".")[0]):
+        found = (finder.find_spec(name, None) for finder in sys.meta_path)
+    else:
+        places = getattr(_spec(above), "submodule_search_locations", None) or ()
+        found = (finder.find_spec(name) for finder in map(get_importer, places) if finder)
     return next(filter(None, found), None)
 
 
