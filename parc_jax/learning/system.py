@@ -111,8 +111,9 @@ class BlackBoxSystem(System, Protocol):
     """Anything with these attributes can be certified. `rollout` takes one k and is vmapped here.
 
     A system is immutable: for another gust make another object. Attributes (nested), closures and
-    the globals that its code names are compared at every call, and a system that was changed in
-    place is compiled anew; a change inside of an opaque object, such as a C library, is missed.
+    the globals that its code names, of modules that it imports as it runs too, are compared at
+    every call, and a system that was changed in place is compiled anew; a change that no object
+    shows (a C library, `os.environ`, a file) or of a name made as it runs is missed.
 
     A system that is not JAX, or has a faster batch path, offers, instead of or beside `rollout`,
     `rollout_batch(keys (B, 2), ks (B, n_k)) -> Trajectory` with a leading batch axis.

@@ -1,8 +1,10 @@
 """What runs rest on reaches the sentence of the claim that is made from them, or is refused."""
 
+import enum
 import json
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -125,6 +127,25 @@ class Table:
 
     def __str__(self):
         return "a table"
+
+
+class Gust(NamedTuple):
+    """Two of these may have one text."""
+
+    sigma: float
+
+    def __str__(self):
+        return f"gust of {self.sigma:.1f}"
+
+
+def floors(mu):
+    return enum.Enum("Floor", {"ICE": mu}, type=str, module=__name__).ICE
+
+
+def test_laws_of_values_with_a_text_of_their_own_are_compared_by_content():
+    for one, other in ((Gust(0.06), Gust(0.14)), (floors("mu 0.1"), floors("mu 0.9"))):
+        laws = [law_spec("toy", UNIT, "uniform", {"k": x}) for x in (one, one, other)]
+        assert laws[0] == laws[1] and laws[0].hash != laws[2].hash
 
 
 def test_laws_of_long_tables_are_compared_by_content():

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -176,6 +176,25 @@ def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
         with only_of(module, work):
             pass
     assert (work / "train").read_text() == "runs"
+
+
+def test_every_file_of_a_package_is_part_of_its_program(tmp_path):
+    package, work = ModuleType("robot"), tmp_path / "model.unfinished"
+    package.__file__ = str(tmp_path / "__init__.py")
+    for name in ("__init__.py", "gains.json", ".hidden", "__pycache__/robot.pyc"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("1")
+    with pytest.raises(KeyboardInterrupt), only_of(package, work):
+        (work / "train").write_text("runs")
+        raise KeyboardInterrupt
+    for name in (".hidden", "__pycache__/robot.pyc", "model.unfinished/train"):
+        (tmp_path / name).write_text("2")
+    with only_of(package, work):
+        pass
+    (tmp_path / "gains.json").write_text("2")
+    with pytest.raises(pj.InputError, match="expected unfinished runs of robot as it"):
+        with only_of(package, work):
+            pass
 
 
 HOLDS = """

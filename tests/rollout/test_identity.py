@@ -1,6 +1,9 @@
 """A system that was changed in place, or whose code has changed, is not the system it was."""
 
+import array
+import collections
 import enum
+import functools
 import subprocess
 import sys
 import textwrap
@@ -162,6 +165,119 @@ def test_stored_runs_of_an_edited_program_are_refused(kind, tmp_path):
     other = EDITED[kind].replace(*FAR).replace(*CAUGHT)
     with pytest.raises(InputError, match="expected the same attribute simulate"):
         pj.learning.collect(of_program(other), KEY, 4, **store)
+
+
+IMPORTED = {
+    "as it runs": "def goes(k):\n    import {0}\n    return {0}.GAIN * k",
+    "a name of it": "def goes(k):\n    from {0} import GAIN\n    return GAIN * k",
+    "a function of it": "def goes(k):\n    from {0} import of\n    return of(k)",
+    "of a package": "def goes(k):\n    from {0}_in.of import {0}\n    return {0}.GAIN * k",
+    "by its name": "import {0}\ndef goes(k): return getattr({0}, 'GAIN') * k",
+}
+
+
+@pytest.mark.parametrize("how", IMPORTED)
+@pytest.mark.parametrize("change", ["of it", "below it", "set"])
+def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monkeypatch):
+    """It counts the same before it is loaded and afterwards."""
+    if (how, change) == ("by its name", "below it"):
+        return  # nothing of that is read
+    name = f"gains_{[*IMPORTED].index(how)}_{change[:2]}"
+    base, folder = f"{name}_base", tmp_path / (f"{name}_in/of" if "package" in how else "")
+    folder.mkdir(exist_ok=True, parents=True)
+    text = f"import {base}\nGAIN = 1.0\ndef of(k): return 1.0 * k\n"
+    (folder / f"{name}.py").write_text(text)
+    (tmp_path / f"{base}.py").write_text("BASE = 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    source, store = IMPORTED[how].format(name), {"path": tmp_path / "runs.npz", "quiet": True}
+    for _ in range(2):
+        pj.learning.collect(of_program(source), KEY, 4, **store)
+    there = next(sys.modules[x] for x in (name, f"{name}_in.of.{name}") if x in sys.modules)
+    if change == "set":
+        monkeypatch.setattr(there, "GAIN", 2.0)
+        monkeypatch.setattr(there, "of", lambda k: 2.0 * k)
+    else:
+        monkeypatch.delitem(sys.modules, there.__name__)
+        monkeypatch.delitem(sys.modules, base)
+        edited = folder / f"{name}.py" if change == "of it" else tmp_path / f"{base}.py"
+        edited.write_text(edited.read_text().replace("1.0", "1.0 + 1.0"))
+    with pytest.raises(InputError, match="expected the same attribute simulate"):
+        pj.learning.collect(of_program(source), KEY, 4, **store)
+
+
+def test_a_module_that_a_rollout_imports_counts(monkeypatch):
+    class Lazy(Gusty):
+        def rollout(self, key, k):
+            import gains_of_a_rollout
+
+            return gains_of_a_rollout.GAIN * k
+
+    before = content_of(Lazy()).digest
+    module = types.ModuleType("gains_of_a_rollout")
+    module.GAIN = 1.0
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    loaded = content_of(Lazy()).digest
+    module.GAIN = 2.0
+    assert len({before, loaded, content_of(Lazy()).digest}) == 3
+
+
+def marked(gain):
+    def f(x):
+        return x
+
+    f.gain = gain
+    return f
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        lambda gain: {"w": gain}.get,
+        lambda gain: {"w": gain}.__len__,
+        lambda gain: [gain].__getitem__,
+        lambda gain: np.array([gain]).take,
+        lambda gain: f"{gain} {{}}".format,
+        lambda gain: np.frompyfunc(lambda x: x * gain, 1, 1),
+        lambda gain: functools.partial(marked(gain), 1),
+        lambda gain: collections.deque([gain]),
+        lambda gain: array.array("d", [gain]),
+    ],
+)
+def test_methods_and_functions_are_told_with_what_they_belong_to(of):
+    def told(gain):
+        system = Plain()
+        system.of = of(gain)
+        return (
+            content_of(system).digest,
+            whole_digest(of(gain)),
+            identity_of(system)["attribute of"],
+        )
+
+    assert told(0.1)[1:] == told(0.1)[1:]
+    assert not {*told(0.1)} & {*told(0.3)}
+
+
+def test_a_container_that_is_changed_in_place_counts():
+    for one in (collections.deque([0.1]), array.array("d", [0.1])):
+        before, same = content_of(one).digest, content_of(one).digest
+        one[0] = 0.3
+        assert before == same != content_of(one).digest
+
+
+class Makes:
+    """Its gain is made once, or put there."""
+
+    @functools.cached_property
+    def gain(self):
+        return np.array([0.1, 0.2])
+
+
+def test_what_is_put_over_a_made_value_counts():
+    asked, put = Makes(), Makes()
+    assert whole_digest(asked) == whole_digest(put)
+    assert asked.gain[0] == 0.1 and whole_digest(asked) == whole_digest(put)
+    put.gain = np.array([0.1, 0.3])
+    assert whole_digest(asked) != whole_digest(put)
 
 
 class Plain:

@@ -1,6 +1,7 @@
 """Work goes on only with the system, grid and sizes that it was begun with."""
 
 import dataclasses
+import types
 
 import jax
 import numpy as np
@@ -14,6 +15,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.runs import chunks
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
+from parc_jax.learning.runs.files import save_rollouts
 from parc_jax.learning.systems.python_system import python_system
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -75,8 +77,6 @@ def test_changed_code_is_refused(system, tmp_path):
 @pytest.fixture
 def opaque(system):
     """A plant with a part that nobody sees into."""
-    import types
-
     push = types.SimpleNamespace(by=0.0)
 
     class Opaque:
@@ -104,6 +104,25 @@ def test_stored_runs_are_simulated_again(opaque, tmp_path):
         list(stream_rollouts(robot, KEY, 64, path=tmp_path / "parts", quiet=True))
     with pytest.raises(InputError, match="repeat themselves"):
         collect(robot, KEY, 20, path=tmp_path / "a.npz", quiet=True)
+
+
+@pytest.mark.parametrize("said", ["attribute slip", "code", "runs"])
+def test_finished_runs_of_another_work_are_refused(said, tmp_path):
+    """Their first run, which is made again, comes out the same."""
+    path, robot = tmp_path / "a.npz", dataclasses.replace(plant(noisy))
+    runs = collect(robot, KEY, 20, path=path, quiet=True)
+    assert (collect(robot, KEY, 20, path=path, quiet=True).hashes() == runs.hashes()).all()
+    if said == "attribute slip":
+        object.__setattr__(robot, "slip", 0.1)
+    elif said == "runs":  # edited
+        with np.load(path) as file:
+            arrays = dict(file)
+        arrays["p"][19] *= 1.1
+        np.savez(path, **arrays)
+    else:  # by hand
+        save_rollouts(path, runs)
+    with pytest.raises(InputError, match=f"other rollouts.*expected the same .*{said}"):
+        collect(robot, KEY, 20, path=path, quiet=True)
 
 
 def walk(rng, k):

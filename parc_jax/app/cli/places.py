@@ -17,8 +17,6 @@ from types import ModuleType
 from parc_jax.common.errors import InputError
 from parc_jax.learning.runs.files import write_atomic
 
-KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
-
 
 def require_place(path: Path | None, *, folder: bool = False) -> None:
     """Raise InputError when no file can be written at `path`, or no folder be filled there, its
@@ -122,7 +120,7 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
 
     When nothing was finished inside, `work` is removed again.
     """
-    note, now = work / "source.sha256", source_hash(module)
+    note, now = work / "source.sha256", source_hash(module, work)
     if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
         raise InputError(
             f"{work}: expected unfinished runs of {module.__name__} as it is now; those there are "
@@ -138,9 +136,17 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
                 shutil.rmtree(work)
 
 
-def source_hash(module: ModuleType) -> str:
-    """Hash of the module's file, and for a package of everything beside it."""
-    files = [Path(module.__file__ or "")]
+def source_hash(module: ModuleType, work: Path) -> str:
+    """Hash of the module's file, and for a package of all beside it but caches, hidden files and
+    `work`.
+    """
+    files = [Path(module.__file__ or "").resolve()]
+    folder, digest = files[0].parent, hashlib.sha256()
     if files[0].name == "__init__.py":
-        files = sorted(p for p in files[0].parent.rglob("*") if p.suffix in KINDS)
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+        files = sorted(filter(Path.is_file, folder.rglob("*")))
+    for file in files:
+        inside = file.relative_to(folder).parts
+        passing = any(part[0] == "." or part == "__pycache__" for part in inside)
+        if not passing and work.resolve() not in file.parents:
+            digest.update(f"{inside} {file.stat().st_size}".encode() + file.read_bytes())
+    return digest.hexdigest()

@@ -4,7 +4,9 @@ A compiled program and a folder of finished runs belong to one system. Both are 
 this has changed, though name and law are the same. Loads NumPy alone, for worker processes.
 """
 
+import contextlib
 import dis
+import gc
 import hashlib
 import sys
 import types
@@ -12,7 +14,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from itertools import chain
+from importlib.machinery import ModuleSpec
+from importlib.util import resolve_name
+from itertools import accumulate, chain
+from pkgutil import get_importer
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +30,7 @@ OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels",
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
+_KEPT = (*_PLAIN, tuple, frozenset, np.ndarray, np.generic)  # of what is made once; no memos
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
@@ -100,13 +106,24 @@ class Reader:
 
     def _hidden(self, x, name: str) -> bool:
         # made from the others, once they are asked for, by `once` and here; or said to pass
-        if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
+        if name == "_made" or name in getattr(type(x), "__passing__", ()):
             return True
-        if name in getattr(type(x), "__passing__", ()):
+        # values of libraries have caches of their own, and tell all in `repr`
+        if name.startswith("_") and (not self.private or _is_value(x)):
             return True
-        if self.private:  # values of libraries have caches of their own, and tell all in `repr`
-            return name.startswith("_") and _is_value(x)
-        return name.startswith("_") or name in OPERATIONAL
+        made = getattr(type(x), name, None)
+        if isinstance(made, cached_property):
+            return self._is_made(x, made, getattr(x, name))
+        return not self.private and name in OPERATIONAL
+
+    def _is_made(self, x, made: cached_property, value) -> bool:
+        """Whether a property keeps what it makes, and no number that was put over it."""
+        if not (isinstance(value, _KEPT) and is_own(_file_of(type(x)))):
+            return True
+        try:
+            return self.digest(value) == self.digest(made.func(x))
+        except Exception:  # code of the user's
+            return False
 
     def _once(self, key, x, parts) -> str:
         if key in self._cached:
@@ -192,8 +209,14 @@ class Reader:
             yield self.digest(x.func)
         elif isinstance(x, type):
             yield from self._class(x)
-        elif isinstance(x, types.BuiltinFunctionType | types.ModuleType | np.ufunc):
+        elif isinstance(x, types.BuiltinFunctionType | types.MethodWrapperType):
+            yield x.__name__
+            if not isinstance(x.__self__, types.ModuleType | None):  # `table.get`
+                yield self.digest(x.__self__)
+        elif isinstance(x, types.ModuleType | np.ufunc):
             yield getattr(x, "__name__", "")
+            if isinstance(x, np.ufunc):  # of `np.frompyfunc`
+                yield from (self.digest(part) for part in gc.get_referents(x) if callable(part))
         else:
             yield from self._object(x)
 
@@ -201,7 +224,7 @@ class Reader:
         if (inner := getattr(x, "__wrapped__", None)) is not None:  # jitted and cached functions
             yield self.digest(inner)
             return
-        if told := self.lasting and _is_value(x) and repr(x):  # first: some keep what they told
+        if told := _is_value(x) and repr(x):  # first: some keep what they told
             yield told  # which may leave out of a large one what its copies are made of
             yield self.digest(_copied(x))
         named = list(self.attributes(x))
@@ -243,7 +266,42 @@ class Reader:
             return
         yield self.digest(f.__code__)
         meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
-        yield from self._named(meant, frozenset(_names(f.__code__)))
+        names = frozenset(_names(f.__code__))
+        yield from self._named(meant, names)
+        yield from self._imported(f.__code__, f.__globals__.get("__package__") or "", names)
+        for name, value in self.attributes(f):
+            yield name
+            yield self.digest(value)
+
+    def _imported(self, code: types.CodeType, package: str, names: frozenset) -> Iterator:
+        """Modules of the user's that code imports as it runs: the values that it names. To last,
+        their code, the same before they are loaded, and what was set since to other than it says.
+        """
+        for name in _imports(code, package):
+            module = sys.modules.get(name)
+            if module is None and not self.lasting:
+                continue  # seen once it is there
+            spec = _spec(name)
+            if not (spec.has_location and is_own(spec.origin) if spec else module):
+                continue
+            source = _source(spec) if spec and self.lasting else None
+            if source is None:
+                yield name
+                yield from self._named({name: module}, names | {name})
+                continue
+            inner = partial(self._module, source, spec.parent)
+            yield self._once(("source", name), spec, inner)
+            said = _said(source)
+            for x in sorted(names & said.keys() & vars(module).keys() if module else ()):
+                value = getattr(vars(module)[x], "__code__", vars(module)[x])
+                if self.digest(value) != self.digest(said[x]):
+                    yield x
+                    yield self.digest(value)
+
+    def _module(self, source: types.CodeType, package: str) -> Iterator:
+        """Code of a module, and of those that it imports."""
+        yield self.digest(source)
+        yield from self._imported(source, package, frozenset(_names(source)))
 
     def _named(self, space: dict, names: frozenset) -> Iterator:
         """Values of the names of a function in its module."""
@@ -259,7 +317,9 @@ class Reader:
 
 
 def _is_exact(x) -> bool:
-    """Whether `str` tells all of it."""
+    """Whether `str` tells all of it: that of a class of the user's may tell anything."""
+    if is_own(_file_of(type(x))):
+        return False
     if isinstance(x, Mapping):
         return all(_is_exact(part) for pair in x.items() for part in pair)
     if isinstance(x, list | tuple | set | frozenset):
@@ -283,20 +343,76 @@ def _copied(x) -> tuple:
     return tuple(list(part) if isinstance(part, Iterator) else part for part in parts)
 
 
-def _names(code: types.CodeType) -> Iterator[str]:
-    """Global and attribute names in a function and in the functions inside it."""
-    yield from code.co_names
+def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    """A function and the functions inside it."""
+    yield code
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            yield from _names(constant)
+            yield from _codes(constant)
+
+
+def _names(code: types.CodeType) -> Iterator[str]:
+    """Global and attribute names, and texts: `getattr(params, "GUST")`."""
+    for one in _codes(code):
+        yield from one.co_names
+        yield from (constant for constant in one.co_consts if isinstance(constant, str))
+
+
+def _steps(code: types.CodeType) -> list[dis.Instruction]:
+    return [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
 
 
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
 def _globals(code: types.CodeType) -> tuple[str, ...]:
     """Global names alone, of those in `_names`: all that a function takes to another process."""
-    outer = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
-    inner = (_globals(x) for x in code.co_consts if isinstance(x, types.CodeType))
-    return *outer, *chain.from_iterable(inner)
+    steps = chain.from_iterable(map(_steps, _codes(code)))
+    return tuple(step.argval for step in steps if step.opname in _GLOBAL)
+
+
+@lru_cache(maxsize=4096)
+def _imports(code: types.CodeType, package: str) -> tuple[str, ...]:
+    """What may be the name of a module, of all imports in a function of a package."""
+    names = []
+    for steps in map(_steps, _codes(code)):
+        for i in (i for i, step in enumerate(steps) if step.opname == "IMPORT_NAME"):
+            level, taken, name = (step.argval for step in steps[i - 2 : i + 1])
+            with contextlib.suppress(ImportError):  # beyond the package
+                name = resolve_name("." * level + name, package)
+                names += [*accumulate(name.split("."), "{}.{}".format)]
+                names += [f"{name}.{part}" for part in taken or ()]
+    return tuple(dict.fromkeys(names))
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """Where a module is, of which nothing is run, nor of the packages that it is in."""
+    if name in sys.modules:
+        return getattr(sys.modules[name], "__spec__", None)
+    if not (above := name.rpartition(".")[0]):
+        found = (finder.find_spec(name, None) for finder in sys.meta_path)
+    else:
+        places = getattr(_spec(above), "submodule_search_locations", None) or ()
+        found = (finder.find_spec(name) for finder in map(get_importer, places) if finder)
+    return next(filter(None, found), None)
+
+
+def _source(spec: ModuleSpec) -> types.CodeType | None:
+    """Code of a module, as it is in its file; None where that has none, or is none of Python."""
+    try:
+        return spec.loader.get_code(spec.name)
+    except Exception:  # anything that a loader may raise
+        return None
+
+
+def _said(source: types.CodeType) -> dict[str, object]:
+    """Names that a module gives a number, a text or a plain function, once: what it gives them."""
+    steps, said, stored = _steps(source), {}, []
+    for i, step in enumerate(steps):
+        if step.opname == "STORE_NAME":
+            stored.append(step.argval)
+            before = steps[i - 1 - (steps[i - 1].opname == "MAKE_FUNCTION")]
+            if before.opname == "LOAD_CONST":
+                said[step.argval] = before.argval
+    return {name: value for name, value in said.items() if stored.count(name) == 1}
 
 
 def _name_of(x) -> str:
