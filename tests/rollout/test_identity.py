@@ -177,17 +177,13 @@ IMPORTED = {
 
 
 @pytest.mark.parametrize("how", IMPORTED)
-@pytest.mark.parametrize("change", ["of it", "below it", "set"])
+@pytest.mark.parametrize("change", ["of it", "set"])
 def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monkeypatch):
     """It counts the same before it is loaded and afterwards."""
-    if (how, change) == ("by its name", "below it"):
-        return  # nothing of that is read
     name = f"gains_{[*IMPORTED].index(how)}_{change[:2]}"
-    base, folder = f"{name}_base", tmp_path / (f"{name}_in/of" if "package" in how else "")
+    folder = tmp_path / (f"{name}_in/of" if "package" in how else "")
     folder.mkdir(exist_ok=True, parents=True)
-    text = f"import {base}\nGAIN = 1.0\ndef of(k): return 1.0 * k\n"
-    (folder / f"{name}.py").write_text(text)
-    (tmp_path / f"{base}.py").write_text("BASE = 1.0\n")
+    (folder / f"{name}.py").write_text(text := "GAIN = 1.0\ndef of(k): return 1.0 * k\n")
     monkeypatch.syspath_prepend(tmp_path)
     source, store = IMPORTED[how].format(name), {"path": tmp_path / "runs.npz", "quiet": True}
     for _ in range(2):
@@ -198,9 +194,7 @@ def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monk
         monkeypatch.setattr(there, "of", lambda k: 2.0 * k)
     else:
         monkeypatch.delitem(sys.modules, there.__name__)
-        monkeypatch.delitem(sys.modules, base)
-        edited = folder / f"{name}.py" if change == "of it" else tmp_path / f"{base}.py"
-        edited.write_text(edited.read_text().replace("1.0", "1.0 + 1.0"))
+        (folder / f"{name}.py").write_text(text.replace("1.0", "1.0 + 1.0"))
     with pytest.raises(InputError, match="expected the same attribute simulate"):
         pj.learning.collect(of_program(source), KEY, 4, **store)
 
@@ -237,7 +231,6 @@ def marked(gain):
         lambda gain: [gain].__getitem__,
         lambda gain: np.array([gain]).take,
         lambda gain: f"{gain} {{}}".format,
-        lambda gain: np.frompyfunc(lambda x: x * gain, 1, 1),
         lambda gain: functools.partial(marked(gain), 1),
         lambda gain: collections.deque([gain]),
         lambda gain: array.array("d", [gain]),
@@ -262,22 +255,6 @@ def test_a_container_that_is_changed_in_place_counts():
         before, same = content_of(one).digest, content_of(one).digest
         one[0] = 0.3
         assert before == same != content_of(one).digest
-
-
-class Makes:
-    """Its gain is made once, or put there."""
-
-    @functools.cached_property
-    def gain(self):
-        return np.array([0.1, 0.2])
-
-
-def test_what_is_put_over_a_made_value_counts():
-    asked, put = Makes(), Makes()
-    assert whole_digest(asked) == whole_digest(put)
-    assert asked.gain[0] == 0.1 and whole_digest(asked) == whole_digest(put)
-    put.gain = np.array([0.1, 0.3])
-    assert whole_digest(asked) != whole_digest(put)
 
 
 class Plain:

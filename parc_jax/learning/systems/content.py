@@ -6,7 +6,6 @@ this has changed, though name and law are the same. Loads NumPy alone, for worke
 
 import contextlib
 import dis
-import gc
 import hashlib
 import sys
 import types
@@ -14,10 +13,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
-from importlib.machinery import ModuleSpec
-from importlib.util import resolve_name
+from importlib import import_module
+from importlib.util import find_spec, resolve_name
 from itertools import accumulate, chain
-from pkgutil import get_importer
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +28,6 @@ OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels",
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
-_KEPT = (*_PLAIN, tuple, frozenset, np.ndarray, np.generic)  # of what is made once; no memos
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
@@ -106,24 +103,13 @@ class Reader:
 
     def _hidden(self, x, name: str) -> bool:
         # made from the others, once they are asked for, by `once` and here; or said to pass
-        if name == "_made" or name in getattr(type(x), "__passing__", ()):
+        if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
             return True
-        # values of libraries have caches of their own, and tell all in `repr`
-        if name.startswith("_") and (not self.private or _is_value(x)):
+        if name in getattr(type(x), "__passing__", ()):
             return True
-        made = getattr(type(x), name, None)
-        if isinstance(made, cached_property):
-            return self._is_made(x, made, getattr(x, name))
-        return not self.private and name in OPERATIONAL
-
-    def _is_made(self, x, made: cached_property, value) -> bool:
-        """Whether a property keeps what it makes, and no number that was put over it."""
-        if not (isinstance(value, _KEPT) and is_own(_file_of(type(x)))):
-            return True
-        try:
-            return self.digest(value) == self.digest(made.func(x))
-        except Exception:  # code of the user's
-            return False
+        if self.private:  # values of libraries have caches of their own, and tell all in `repr`
+            return name.startswith("_") and _is_value(x)
+        return name.startswith("_") or name in OPERATIONAL
 
     def _once(self, key, x, parts) -> str:
         if key in self._cached:
@@ -215,8 +201,6 @@ class Reader:
                 yield self.digest(x.__self__)
         elif isinstance(x, types.ModuleType | np.ufunc):
             yield getattr(x, "__name__", "")
-            if isinstance(x, np.ufunc):  # of `np.frompyfunc`
-                yield from (self.digest(part) for part in gc.get_referents(x) if callable(part))
         else:
             yield from self._object(x)
 
@@ -268,40 +252,13 @@ class Reader:
         meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
         names = frozenset(_names(f.__code__))
         yield from self._named(meant, names)
-        yield from self._imported(f.__code__, f.__globals__.get("__package__") or "", names)
+        taken = _imports(f.__code__, f.__globals__.get("__package__") or "")
+        modules = {name: _own_module(name) for name in taken}  # all of them before any is read
+        modules = {name: module for name, module in modules.items() if module is not None}
+        yield from self._named(modules, names.union(modules))
         for name, value in self.attributes(f):
             yield name
             yield self.digest(value)
-
-    def _imported(self, code: types.CodeType, package: str, names: frozenset) -> Iterator:
-        """Modules of the user's that code imports as it runs: the values that it names. To last,
-        their code, the same before they are loaded, and what was set since to other than it says.
-        """
-        for name in _imports(code, package):
-            module = sys.modules.get(name)
-            if module is None and not self.lasting:
-                continue  # seen once it is there
-            spec = _spec(name)
-            if not (spec.has_location and is_own(spec.origin) if spec else module):
-                continue
-            source = _source(spec) if spec and self.lasting else None
-            if source is None:
-                yield name
-                yield from self._named({name: module}, names | {name})
-                continue
-            inner = partial(self._module, source, spec.parent)
-            yield self._once(("source", name), spec, inner)
-            said = _said(source)
-            for x in sorted(names & said.keys() & vars(module).keys() if module else ()):
-                value = getattr(vars(module)[x], "__code__", vars(module)[x])
-                if self.digest(value) != self.digest(said[x]):
-                    yield x
-                    yield self.digest(value)
-
-    def _module(self, source: types.CodeType, package: str) -> Iterator:
-        """Code of a module, and of those that it imports."""
-        yield self.digest(source)
-        yield from self._imported(source, package, frozenset(_names(source)))
 
     def _named(self, space: dict, names: frozenset) -> Iterator:
         """Values of the names of a function in its module."""
@@ -383,36 +340,20 @@ def _imports(code: types.CodeType, package: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _spec(name: str) -> ModuleSpec | None:
-    """Where a module is, of which nothing is run, nor of the packages that it is in."""
-    if name in sys.modules:
-        return getattr(sys.modules[name], "__spec__", None)
-    if not (above := name.rpartition(".")[0]):
-        found = (finder.find_spec(name, None) for finder in sys.meta_path)
-    else:
-        places = getattr(_spec(above), "submodule_search_locations", None) or ()
-        found = (finder.find_spec(name) for finder in map(get_importer, places) if finder)
-    return next(filter(None, found), None)
-
-
-def _source(spec: ModuleSpec) -> types.CodeType | None:
-    """Code of a module, as it is in its file; None where that has none, or is none of Python."""
+def _own_module(name: str) -> types.ModuleType | None:
+    """The user's module of that name, loaded as a run would load it; None for any other."""
+    root = name.partition(".")[0]
     try:
-        return spec.loader.get_code(spec.name)
-    except Exception:  # anything that a loader may raise
+        if name not in sys.modules:
+            spec = find_spec(root)
+            # a folder without __init__ has no origin
+            if spec and (spec.origin is None or (spec.has_location and is_own(spec.origin))):
+                import_module(name)
+        module = sys.modules.get(name)
+    except Exception:  # what is no module, or raises whatever code of the user's does: a run tells
         return None
-
-
-def _said(source: types.CodeType) -> dict[str, object]:
-    """Names that a module gives a number, a text or a plain function, once: what it gives them."""
-    steps, said, stored = _steps(source), {}, []
-    for i, step in enumerate(steps):
-        if step.opname == "STORE_NAME":
-            stored.append(step.argval)
-            before = steps[i - 1 - (steps[i - 1].opname == "MAKE_FUNCTION")]
-            if before.opname == "LOAD_CONST":
-                said[step.argval] = before.argval
-    return {name: value for name, value in said.items() if stored.count(name) == 1}
+    own = module is not None and is_own(getattr(module, "__file__", None) or "")
+    return module if own and root not in sys.builtin_module_names else None
 
 
 def _name_of(x) -> str:
