@@ -62,8 +62,9 @@ class Options:
     """Plant of the simulator."""
     body: str | None = None
     """Body of the robot, as the model's. Default: its study's, or the system's own."""
-    n: int = 1_000_000
-    """Plans to draw and replay."""
+    n: int | None = None
+    """Plans to draw and replay. Default: a million, or all samples of an answer whose set is too
+    small to draw from."""
     seed: int = 0
     """Everything random follows from it."""
     json: Path | None = None
@@ -91,13 +92,23 @@ def main(options: Options) -> dict:
         "plant": options.plant,
         "seed": options.seed,
     }
+    n = options.n or 1_000_000
+    try:
+        answer.sample(key, 1)
+    except InputError:
+        if options.n is not None:
+            raise
+        n, asked["drawn"] = len(answer.samples), "the answer's samples"
     out = so_far(options.json, asked)
     before = out["CPU seconds"]
-    with tqdm(total=options.n, initial=out["plans"], unit="replay") as bar:
-        while out["plans"] < options.n:
-            size = min(STEP, options.n - out["plans"])
+    with tqdm(total=n, initial=out["plans"], unit="replay") as bar:
+        while out["plans"] < n:
+            size = min(STEP, n - out["plans"])
             step = jax.random.fold_in(stream(key, Stage.REPLAY), out["plans"])
-            plans = answer.sample(step, size)
+            if "drawn" in asked:
+                plans = answer.samples[out["plans"] :][:size]
+            else:
+                plans = answer.sample(step, size)
             seen = counts_of(system, answer.scene, plans, step)
             out |= {name: out[name] + seen[name] for name in COUNTED}
             out["CPU seconds"] = round(before + time.process_time())
