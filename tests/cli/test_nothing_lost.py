@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,8 +17,7 @@ from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax.app import cli
-from parc_jax.app.cli.places import held, only_of
-from parc_jax.app.cli.systems import find
+from parc_jax.app.cli.places import held
 from parc_jax.app.study import job
 from parc_jax.app.study.settings import Study
 from parc_jax.learning.bound.settings import ModelBound
@@ -157,44 +156,6 @@ def test_all_but_the_driven_plan_is_there_before_it_is_run(monkeypatch, tmp_path
     with pytest.raises(KeyboardInterrupt):
         job.run_study(system, question, study, tmp_path, 0, model, quiet=True)
     assert set(there) == {"model.npz", "answer.json", "metrics.json"}
-
-
-def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
-    tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
-    source, work = tmp_path / "robot_that_changes.py", tmp_path / "work"
-    source.write_text("def system(): ...\n")
-    module = find("robot_that_changes", needed=("system",))
-    with pytest.raises(KeyboardInterrupt), only_of(module, work):
-        (work / "train").write_text("runs")
-        raise KeyboardInterrupt
-    with only_of(module, work):
-        assert (work / "train").exists() and not capsys.readouterr().err
-    source.write_text("def system(): return 1\n")
-    with pytest.raises(pj.InputError, match="expected unfinished runs of robot_that_changes as it"):
-        with only_of(module, work):
-            pass
-    assert (work / "train").read_text() == "runs"
-
-
-def test_every_file_of_a_package_is_part_of_its_program(tmp_path):
-    package, work = ModuleType("robot"), tmp_path / "model.unfinished"
-    package.__file__ = str(tmp_path / "__init__.py")
-    for name in ("__init__.py", "gains.json", ".hidden", "__pycache__/robot.pyc"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text("1")
-    with pytest.raises(KeyboardInterrupt), only_of(package, work):
-        (work / "train").write_text("runs")
-        raise KeyboardInterrupt
-    for name in (".hidden", "__pycache__/robot.pyc", "model.unfinished/train"):
-        (tmp_path / name).write_text("2")
-    with only_of(package, work):
-        pass
-    (tmp_path / "gains.json").write_text("2")
-    with pytest.raises(pj.InputError, match="expected unfinished runs of robot as it"):
-        with only_of(package, work):
-            pass
 
 
 HOLDS = """

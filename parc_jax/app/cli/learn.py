@@ -29,7 +29,7 @@ def learn(
         out: The model file. Unfinished work stays beside it, in OUT.unfinished.
     """
     from parc_jax.app.cli import logged as logs
-    from parc_jax.app.cli.places import held, only_of, require_place
+    from parc_jax.app.cli.places import held, require_place
     from parc_jax.app.cli.systems import of_study
     from parc_jax.common.keys import key_of
     from parc_jax.learning.learn import learn_report
@@ -52,11 +52,10 @@ def learn(
             )
         else:
             logs.refuse(logged, source, "logged runs")
-            module, settings, black_box = of_study(source, study)
-            with only_of(module, work):
-                key = key_of(shell.seed)
-                learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
-                learned.model.save(out)
+            _, settings, black_box = of_study(source, study)
+            key = key_of(shell.seed)
+            learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
+            learned.model.save(out)
             shutil.rmtree(work, ignore_errors=True)
     print(logs.summary(learned, out, as_json=shell.json))
     return 0 if learned.model.tube.claimed.any() else 1

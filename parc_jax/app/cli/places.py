@@ -1,21 +1,15 @@
-"""Places to write to: tried before the long work, locked while it runs, and unfinished work that
-continues only with the program that it was begun with.
-"""
+"""Places to write to: tried before the long work, and locked while it runs."""
 
 import contextlib
-import hashlib
 import os
-import shutil
 import socket
 import sys
 import tempfile
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from types import ModuleType
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.files import write_atomic
 
 
 def require_place(path: Path | None, *, folder: bool = False) -> None:
@@ -111,42 +105,3 @@ def _locked(lock: Path, place: Path):
             if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
                 return handle
         handle.close()
-
-
-@contextlib.contextmanager
-def only_of(module: ModuleType, work: Path) -> Iterator[None]:
-    """Refuse finished runs in `work` of another program, such as the files of the system before
-    they were changed. Raises InputError.
-
-    When nothing was finished inside, `work` is removed again.
-    """
-    note, now = work / "source.sha256", source_hash(module, work)
-    if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
-        raise InputError(
-            f"{work}: expected unfinished runs of {module.__name__} as it is now; those there are "
-            "of another program, or of that module before it was changed. Delete them, or name "
-            "another --out."
-        )
-    with folders(note):
-        write_atomic(note, now.encode())
-        try:
-            yield
-        finally:
-            if work.is_dir() and list(work.iterdir()) == [note]:
-                shutil.rmtree(work)
-
-
-def source_hash(module: ModuleType, work: Path) -> str:
-    """Hash of the module's file, and for a package of all beside it but caches, hidden files and
-    `work`.
-    """
-    files = [Path(module.__file__ or "").resolve()]
-    folder, digest = files[0].parent, hashlib.sha256()
-    if files[0].name == "__init__.py":
-        files = sorted(filter(Path.is_file, folder.rglob("*")))
-    for file in files:
-        inside = file.relative_to(folder).parts
-        passing = any(part[0] == "." or part == "__pycache__" for part in inside)
-        if not passing and work.resolve() not in file.parents:
-            digest.update(f"{inside} {file.stat().st_size}".encode() + file.read_bytes())
-    return digest.hexdigest()

@@ -40,11 +40,11 @@ def run(
         case: Numbers of cases, of a module's `job` that has them, as `parking`.
         figures: Draw the figures.
     """
-    from parc_jax.app.cli.places import held, only_of, require_place
+    from parc_jax.app.cli.places import held, require_place
     from parc_jax.app.cli.process import during
     from parc_jax.app.cli.scene import code_of
     from parc_jax.app.cli.systems import black_box_of, build, find, study_of
-    from parc_jax.app.study.job import METRICS, UNFINISHED, run_study
+    from parc_jax.app.study.job import METRICS, run_study
     from parc_jax.app.study.report import report
     from parc_jax.learning.model import load
 
@@ -68,7 +68,7 @@ def run(
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)  # refused before the long part
-    with held(out), only_of(module, out / UNFINISHED):
+    with held(out):
         how = {"model": saved, "learn_from": learn_from, "figures": figures, "quiet": shell.quiet}
         said = partial(during, quiet=shell.quiet)
         outcome = run_study(
