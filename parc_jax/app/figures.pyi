@@ -2,7 +2,6 @@
 
 from parc_jax.app.live import live as live
 from parc_jax.app.plot.episode import Truth as Truth
-from parc_jax.app.plot.errors import errors as errors
 from parc_jax.app.plot.film import film as film
 from parc_jax.app.plot.page import write_page as write_page
 from parc_jax.app.plot.regions import region_verdicts as region_verdicts

@@ -72,13 +72,12 @@ def late_stop(monkeypatch, out, *, when, **asked) -> None:
         (path / "train.npz").write_text("runs")
         if first is not None:
             first(toy_driven.model())
-        return SimpleNamespace(model=toy_driven.model(), train=None)
+        return SimpleNamespace(model=toy_driven.model())
 
     def stop(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(job, "learn_report", learn)
-    monkeypatch.setattr(job, "assumed_claim", lambda *_: None)
     monkeypatch.setattr(pj.Planner, when, stop)
     with pytest.raises(KeyboardInterrupt):
         system = plant(toy_driven.gusty, 4)

@@ -59,12 +59,11 @@ def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     code, said, _ = shell("check", "none.json")
     assert code == 0 and "no (p0, k) of the model is safe" in said
     (files / "old").mkdir()
-    # of an answer with plans, drawn there before; errors may be of this one's study
-    for name in ("samples.png", "samples.pdf", "errors.png"):
+    # of an answer with plans, drawn there before
+    for name in ("samples.png", "samples.pdf"):
         (files / "old" / name).write_bytes(b"")
     code, _, complained = shell("plot", "none.json", "--out", "old")
     assert code == 0 and "samples.png and samples.pdf in old: of another answer." in complained
-    assert "errors" not in complained
     code, said, complained = shell("plot", "none.json", "--figures", "samples")
     assert code == 2 and "this answer has regions only" in complained
 

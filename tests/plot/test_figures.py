@@ -1,7 +1,6 @@
 """Every picture is drawn from plain results, on a new figure, to files and onto given Axes."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -10,15 +9,11 @@ from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import film, shapes
-from parc_jax.app.plot.errors import errors
 from parc_jax.app.plot.regions import region_verdicts, regions
 from parc_jax.app.plot.samples import samples
-from parc_jax.checker.claim import words_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
-from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.statement import VALIDATED
-from parc_jax.learning.system import time_grid
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.uncertainty import Uncertainty
 from parc_jax.proof.regions import enumerate_regions
@@ -27,14 +22,6 @@ from parc_jax.proof.regions import enumerate_regions
 @pytest.fixture(scope="module")
 def answer():
     return toy_answer()
-
-
-def pac(answer):
-    """The toy claim dressed as a pac claim."""
-    level = Fraction(1, 1000)
-    dressed = replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
-    facts = dressed.facts()
-    return derived(dressed, quantifier=words_of(facts, facts["law"])[0])
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
@@ -97,21 +84,6 @@ def test_samples_in_space_are_seen_from_three_sides():
         for wall in answer.problem.obstacles:
             outline = shapes.shadow(wall, axes)
             assert (outline > lo).all() and (outline < hi).all()
-
-
-def test_errors_draw_both_kinds_on_one_scale(answer):
-    claimed = pac(answer)
-    drawn = errors(claimed, answer.model.claim)
-    left, right = drawn.axes
-    assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
-    by = "left with probability ≤ 0.001 by a run, k drawn uniformly from all of K, confidence 0.999"
-    assert right.get_title("left").replace("\n", " ") == f"claimed: {by}"
-    assert len(left.patches) == len(right.patches) == 1
-    with pytest.raises(InputError, match="expected an `assumed_claim` second; got"):
-        errors(answer.model.claim, claimed)
-    other = derived(claimed, subject=replace(claimed.subject, time=time_grid(0.5, 2.0, 0.5)))
-    with pytest.raises(InputError, match="claim and assumed: expected premises that agree; time"):
-        errors(other, answer.model.claim)
 
 
 def test_a_picture_is_of_one_answer(answer):

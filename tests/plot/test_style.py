@@ -75,7 +75,7 @@ def test_no_global_setting_survives():
 
 @pytest.mark.slow
 def test_importing_pictures_does_not_import_matplotlib_or_pyplot():
-    modules = ("samples", "regions", "errors", "film", "page")
+    modules = ("samples", "regions", "film", "page")
     code = "import sys; " + "; ".join(f"import parc_jax.app.plot.{m}" for m in modules)
     code += "; assert 'matplotlib' not in sys.modules; from benchmarks.curves import *"
     code += "; gap([GapCurve('a', [1.0], [0.5])]); assert 'matplotlib.pyplot' not in sys.modules"

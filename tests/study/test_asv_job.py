@@ -47,7 +47,7 @@ def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     assert checker.main([str(tmp_path / "answer.json")]) == 0
     seen = json.loads((tmp_path / "metrics.json").read_text())
     assert seen["replay"]["runs"] == 24 and seen["claim"]["bin_eps"] == ["1/5"] * 3
-    assert set(seen["figures"]) == {"samples.png", "regions.png", "errors.png"}
+    assert set(seen["figures"]) == {"samples.png", "regions.png"}
 
 
 @pytest.mark.parametrize("module", [asv, asv_published])

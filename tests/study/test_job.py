@@ -46,9 +46,7 @@ def test_all_files_are_written_and_accepted(finished, capsys):
     out, code = finished
     assert code == 0
     written = {f.name for f in out.iterdir()}
-    pictures = {
-        f"{name}.{kind}" for name in ("samples", "regions", "errors") for kind in ("png", "pdf")
-    }
+    pictures = {f"{name}.{kind}" for name in ("samples", "regions") for kind in ("png", "pdf")}
     assert (
         written == {"model.npz", "answer.json", "metrics.json"} | pictures
     )  # and no unfinished work
@@ -91,11 +89,11 @@ def test_the_end_of_a_run_says_how_often_a_new_run_of_its_plan_fails(tmp_path):
     driven = {"plan": [0.5, -0.25, 0.75, -0.5], "runs": 1000, "failures": 2}
     driven |= {"sure": "0.9995", "at_most": "0.013", "lost": []}
     metrics = {"replay": None, "driven": driven}
-    told = report(Studied(toy_query.answer(), None, None, None, metrics), tmp_path)
+    told = report(Studied(toy_query.answer(), None, None, metrics), tmp_path)
     assert "; 2 of 1,000 fresh runs failed: with confidence 0.9995 a new one does" in told
     assert "with probability <= 0.013." in told
     driven["lost"] = ["WORKERS_LOST(4, independent of the run)"]
-    told = report(Studied(toy_query.answer(), None, None, None, metrics), tmp_path)
+    told = report(Studied(toy_query.answer(), None, None, metrics), tmp_path)
     assert "<= 0.013; assumed: WORKERS_LOST(4, independent of the run)." in told
 
 
@@ -137,7 +135,7 @@ def test_same_seed_same_model_and_json_alone_on_stdout(finished, tmp_path, capsy
 
 def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
     out, _ = finished
-    for name in ("errors.png", "samples.pdf"):  # of an older study, of another claim and scene
+    for name in ("regions.png", "samples.pdf"):  # of an older study, of another claim and scene
         shutil.copy(out / name, tmp_path)
     assert run("--model", out / "model.npz", "--out", tmp_path, "--no-figures") == 0
     assert not [*tmp_path.glob("*.p*")]

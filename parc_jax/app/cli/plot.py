@@ -107,8 +107,8 @@ def _jobs(answer, out: Path, wanted, page: bool) -> list[Job]:
 
     possible = figures_of(answer)
     chosen = possible if wanted is None else wanted
-    drawn = {*possible, "errors"}  # errors are of a study, which may be this answer's
-    if wanted != () and (old := [place.name for place in pictures(out) if place.stem not in drawn]):
+    old = [place.name for place in pictures(out) if place.stem not in possible]
+    if wanted != () and old:
         print(f"parc-jax: {listed(old)} in {out}: of another answer.", file=sys.stderr)
     for name in chosen:
         if name not in possible:

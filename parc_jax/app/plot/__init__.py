@@ -7,7 +7,6 @@ matplotlib Axes.
 
 samples  safe plans in the workspace, with their true runs
 regions  the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
-errors   the tube of a model over time
 
 `film.film` films a plan or an episode, `page.write_page` writes its page, `style.save` a figure.
 """

@@ -11,8 +11,8 @@ from parc_jax.proof.regions import RegionTable, enumerate_regions
 
 
 def pictures(folder: Path) -> list[Path]:
-    """The pictures of figures, and of a study, that are in a folder."""
-    names = (f"{x}.{kind}" for x in ("samples", "regions", "errors") for kind in ("png", "pdf"))
+    """The pictures of figures that are in a folder."""
+    names = (f"{x}.{kind}" for x in ("samples", "regions") for kind in ("png", "pdf"))
     return [place for name in names if (place := folder / name).exists()]
 
 

@@ -25,7 +25,6 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local, key_of_trial
 from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
-from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.start_gap import trial_of, try_starts
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.learn import learn_report
@@ -107,16 +106,13 @@ def run_study(
                 under = f"proved under a tube {in_short(cold.model.claim)}, so far"
                 print(f"{system.name}: first plans are in {first}, {under}.", file=sys.stderr)
 
-    given, assumed = model is not None, None
+    given = model is not None
     if model is None:
         work = out / UNFINISHED
         query = first_query if figures and settings.proof else None
         learned = learn_report(source, key, study, path=work, quiet=quiet, watch=watch, first=query)
         model = learned.model
         model.save(work / "model.npz")
-        if figures:
-            bins = None if study.bound.blocks is None else model.tube.edges
-            assumed = assumed_claim(model.net, learned.train, bins)
         del learned  # with its runs, which take hundreds of MB
     if cold is None:
         first_query(model, picture=False)
@@ -159,7 +155,7 @@ def run_study(
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
-    outcome = Studied(answer, runs, table, assumed, finish(out, metrics))
+    outcome = Studied(answer, runs, table, finish(out, metrics))
     if figures:
         metrics["figures"] = [file.name for file in draw_figures(outcome, study.repeats, out)]
         finish(out, metrics)

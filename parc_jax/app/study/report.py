@@ -14,7 +14,6 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
-from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
@@ -29,14 +28,11 @@ class Studied(NamedTuple):
     """Everything a study produced.
 
     runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
-    assumed: the published bound, of the training runs, for the figures; None where none are drawn,
-        or the model came from a file.
     """
 
     answer: Answer
     runs: Replay | None
     table: RegionTable
-    assumed: ErrorClaim | None
     metrics: dict
 
 
@@ -148,7 +144,6 @@ def _replayed(r: dict, tube: str) -> list[str]:
 
 def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files. repeats: runs of a plan."""
-    from parc_jax.app.plot.errors import errors
     from parc_jax.app.plot.of_answer import figures_of
 
     runs = outcome.runs
@@ -157,9 +152,6 @@ def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
     for name, draw in figures_of(outcome.answer, first, outcome.table).items():
         drawn.append(out / f"{name}.png")
         draw(drawn[-1])
-    if outcome.assumed is not None:
-        drawn.append(out / "errors.png")
-        errors(outcome.answer.model.claim, outcome.assumed, drawn[-1])
     return drawn
 
 
