@@ -206,13 +206,15 @@ class Shield(gymnasium.Wrapper):
         one = decision.committed
         assert one is not None  # the stop of the reset at least
         driven = self._driven(one.k, now - float(one.begin))
+        # an environment that raises may have moved on: without another reset nothing is certified
+        steps, self._steps = self._steps, None
         observation, reward, terminated, truncated, info = self.env.step(driven)
         why, at_end = decision.reason, None
         if terminated or truncated:
             at_end, unknown = self._left_at_end(observation, now + self.every)
             why = "; ".join(filter(None, [why, unknown]))
         # of what comes after the end no stop was certified
-        self._steps = None if terminated or truncated else self._steps + 1
+        self._steps = None if terminated or truncated else steps + 1
         self._observation = deepcopy(observation)  # the policy may write into its own
         proposed = None
         with contextlib.suppress(Exception):  # the policy may propose anything
@@ -256,7 +258,7 @@ class Shield(gymnasium.Wrapper):
             return step, not np.array_equal(step.committed.k[self._chosen], proposed)
         if not self._steps:
             self.loop.restart(first)
-            return self.loop.go_on(step.reason), True
+            return self.loop.go_on(step.reason, None, seen.pose, now, seen.drift), True
         return step, True
 
     def _left_at_end(self, observation: Any, now: float) -> tuple[bool | None, str]:

@@ -236,7 +236,7 @@ class BatchShield:
         """
         finite = jnp.isfinite(seen.given).all(axis=1, keepdims=True)
         last = last.replace(given=jnp.where(finite, seen.given, last.given))
-        reason, left, asked = jax.vmap(self._asked)(last, seen, proposed)
+        reason, left, elsewhere, asked = jax.vmap(self._asked)(last, seen, proposed)
         last = last.replace(left=left, clearance=jnp.where(left, -jnp.inf, last.clearance))
         k = jax.vmap(self._manoeuvre, (0, 0, None))(seen.given, proposed, 0)
         clear = jax.vmap(lambda *of: self._clearance(*of, 0))(seen, k)
@@ -263,6 +263,10 @@ class BatchShield:
         state = jnp.isfinite(far).any(axis=1), far, *state
         _, _, k, clear = while_open(judged, state, (seen, asked), AT_ONCE)
         good = clear > 0
+        lost = elsewhere & ~good & (reason != 2)  # nor is it where its stop was certified
+        reason = jnp.where(lost, 3, reason)
+        clearance = jnp.where(lost, -jnp.inf, last.clearance)
+        last = last.replace(left=last.left | lost, clearance=clearance)
         new = last.replace(k=k, pose=seen.pose, steps=jnp.zeros(len(k)), clearance=clear)
         at = {1: good, 2: good[:, None]}
         new = jax.tree.map(lambda x, y: jnp.where(at[x.ndim], x, y), new, last)
@@ -271,7 +275,7 @@ class BatchShield:
 
     def _asked(self, last: UnderWay, seen: Seen, proposed: jax.Array):
         """In one environment: why nothing may begin, 0 where it may; whether a pose was outside of
-        the tube; what is asked of a manoeuvre.
+        the tube, or not where one begins; what is asked of a manoeuvre.
         """
         model, chosen, axes = self._model, self._chosen, self._given
         lo, hi = jnp.asarray(model.domain.lo), jnp.asarray(model.domain.hi)
@@ -280,13 +284,15 @@ class BatchShield:
         near = (jnp.abs(_from_robot(seen)) <= self._far).all(axis=(1, 2)) | ~seen.active
         known = ((lo[axes] <= seen.given) & (seen.given <= hi[axes])).all() & near.all()
         known &= jnp.isfinite(seen.pose).all()  # also where nothing is there to be near
-        left = last.left | (~fresh & (self._outside(last, seen.pose, seconds) > 0))
+        outside = self._outside(last, seen.pose, seconds) > 0
+        left = last.left | (~fresh & outside)
         over = fresh | self._leaving.may(seconds)
         # as of `Shield`: what is nearer than the brake under way, with enough room
         ahead = jnp.where(fresh, 0.0, jnp.maximum(0.0, 1.0 - seconds / model.time.t_f))
         brake = self._ask(self._act(last.k, seconds, last.given))
         asked = Asked(proposed, ahead, brake, ahead * jnp.minimum(self._room, last.clearance))
-        return jnp.select([~meant, ~known, left, ~over], [1, 2, 3, 5], 0), left, asked
+        reason = jnp.select([~meant, ~known, left, ~over], [1, 2, 3, 5], 0)
+        return reason, left, fresh & outside, asked
 
     def _manoeuvre(self, given, proposed, i):
         """(n_k,) of number i; 0 is the proposed one."""

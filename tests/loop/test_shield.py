@@ -396,6 +396,39 @@ def test_a_pose_that_jumps_is_told_of_also_where_the_action_is_none(model):
     assert "beyond what tube" in told["reason"] and "expected finite numbers" in told["reason"]
 
 
+def test_a_pose_elsewhere_at_the_first_step_is_told_of(model):
+    """The world went on between reset and step, into the reach of the post: "certified", still."""
+    env = shielded(model=model, sense=lambda env, _: sense(env, env.unwrapped.seen()))
+    env.reset()
+    env.unwrapped.place = np.array([0.79, 0.0])
+    told = env.step(AHEAD)[4]["shield"]
+    assert told["left"] and told["clearance"] == -np.inf and "beyond what tube" in told["reason"]
+
+
+def test_after_an_error_of_the_environment_nothing_is_certified_until_a_reset(model):
+    """It may have moved on: the same action was driven again from what was sensed before."""
+
+    class Late(Platform):
+        late = False
+
+        def step(self, action):
+            answer = super().step(action)
+            if self.late:
+                raise TimeoutError("the reply was late")
+            return answer
+
+    env = shielded(Late(), model)
+    env.reset()
+    env.step(AHEAD)
+    env.unwrapped.late = True
+    with pytest.raises(TimeoutError):
+        env.step(AHEAD)
+    env.unwrapped.late = False
+    with pytest.raises(InputError, match="expected a reset that certified a stop before a step"):
+        env.step(AHEAD)
+    assert env.restart(env.unwrapped.seen() * [1, 1, 0, 0])["shield"]["clearance"] > 0
+
+
 def test_speeds_that_disagree_with_the_poses_end_in_the_stop(model):
     """They stick at rest while it goes on: one step later the pose tells."""
     stuck = []

@@ -155,6 +155,21 @@ def test_once_a_tube_was_left_nothing_begins_until_another_start(batch):
         assert driven.reason[0] == 0 and not under_way.left[0]
 
 
+def test_a_pose_elsewhere_at_the_first_step_is_not_where_the_stop_was_certified(batch):
+    """Where nothing new is safe the stop goes on, certified of a robot inside of the post."""
+    _, start, step = batch
+    seen = arrays(POSTS[:1], np.zeros((1, 2)), np.zeros((1, 2)))
+    inside = (POSTS[0][:1] + 0.05, *seen[1:])
+    with jax.enable_x64(True):
+        under_way, driven = step(start(*seen), *inside, np.zeros((1, 2)))
+        assert driven.reason[0] == 3 and under_way.left[0] and not under_way.certified[0]
+        assert under_way.clearance[0] == -np.inf
+        # a manoeuvre that is safe from there begins
+        free = (np.full((1, 2), -3.0), *seen[1:])
+        under_way, driven = step(start(*seen), *free, np.zeros((1, 2)))
+        assert driven.reason[0] == 0 and not under_way.left[0]
+
+
 def test_a_start_without_a_stop_is_not_certified_and_float32_is_refused(batch):
     made, start, _ = batch
     pose, speed, corners, there = arrays(POSTS, np.zeros((3, 2)), np.zeros((3, 2)))

@@ -315,7 +315,7 @@ class Loop:
         if at is None:
             return Fraction(0) if last is None else last.begin + self.leave_after
         now = Fraction(float(as_float64("at", at, ())))
-        if last is not None and now <= last.begin:
+        if last is not None and (now <= last.begin if begins else now < last.begin):
             raise InputError(
                 f"at: expected a time after {exact(last.begin)} s, when the manoeuvre under way "
                 f"began; got {exact(now)} s. Another episode begins with `restart`."

@@ -16,6 +16,8 @@ def about_episodes(episodes) -> str:
     event = "touches anything" if left is None else "leaves a tube, or touches anything,"
     found = Counter(one.left for one in episodes.driven)
     events = [f"in {found[True]:,} a tube was left"] if left is not None or found[True] else []
+    if events and left is None:
+        events[0] += f", of {found[True] + found[False]:,} in which that was tested"
     events += [f"in {n:,} {words}" for words, n in found.items() if isinstance(words, str)]
     events.append(f"in {episodes.touched:,} something was touched")
     events.append(f"in {episodes.failed:,} there was no outcome")
