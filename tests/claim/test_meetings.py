@@ -200,6 +200,19 @@ class Robot:
         raise NotImplementedError
 
 
+def test_runs_that_turn_and_runs_that_stay_do_not_meet():
+    """The word of the held-out ones won in silence, and plans were proved with their heading."""
+    turns, stays = ({"rotation": (word,)} for word in ("turns", "stays"))
+    for one, other in ((turns, stays), (stays, turns)):
+        with pytest.raises(pj.InputError, match="premises that agree; rotation is"):
+            claim_of(HELD.replace(**one), TRAIN.replace(**other))
+        claim = claim_of(HELD.replace(**one), TRAIN.replace(**one))
+        with pytest.raises(pj.InputError, match="premises that agree; rotation is"):
+            pj.learning.update(claim, NET, TRAIN.replace(**one), NEW.replace(**other), quiet=True)
+        with pytest.raises(pj.InputError, match="premises that agree; rotation is"):
+            pj.monitor(claim, NET, share=1.0).observe(NEW.replace(**other))
+
+
 ROBOT = {
     "system": "other",
     "n_p": 3,

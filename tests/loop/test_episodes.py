@@ -280,6 +280,13 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
+def test_of_how_many_a_tube_was_left_is_said_where_few_were_tested():
+    done = asked(lambda world, seed: pj.drive.Outcome(False, True if world > 0.5 else None), 8)
+    seen = sum(one.left is True for one in done.driven)
+    assert 0 < seen < 8
+    assert f"in {seen} a tube was left, of {seen} in which that was tested, in" in done.details()
+
+
 def test_an_episode_that_leaves_out_what_it_drove_has_failed():
     done = driven(False)
     for given, of in ((done, ""), (done[:-1], ""), (done[:-2], "2 of 4"), (done[-1:], "1 of 4")):

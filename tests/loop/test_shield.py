@@ -424,7 +424,7 @@ def test_after_an_error_of_the_environment_nothing_is_certified_until_a_reset(mo
     with pytest.raises(TimeoutError):
         env.step(AHEAD)
     env.unwrapped.late = False
-    with pytest.raises(InputError, match="expected a reset that certified a stop before a step"):
+    with pytest.raises(pj.InputError, match="expected a reset that certified a stop before"):
         env.step(AHEAD)
     assert env.restart(env.unwrapped.seen() * [1, 1, 0, 0])["shield"]["clearance"] > 0
 

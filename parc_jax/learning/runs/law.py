@@ -263,10 +263,12 @@ class Subject:
         self, where: str, other: "Subject", free: Iterable[str] = ("K",), hint: str = ""
     ) -> None:
         """Refuse the subject of others that are not of one robot. Coordinates without names of
-        their own may have any. free, hint: as of `agree`. Raises InputError.
+        their own may have any, and where both say how they turn they must say the same. free, hint:
+        as of `agree`. Raises InputError.
         """
         plain = plain_parts(self.labels) | plain_parts(other.labels)
         free = {*free, *(SAID[part] for part in plain)}
+        free -= {"rotation"} if None not in (self.rotation, other.rotation) else set()
         agree(where, self.premises, other.premises, free=free, hint=hint)
 
     def unordered(self, other: "Subject") -> bool:
