@@ -25,11 +25,13 @@ from parc_jax.learning.bound.counts import (
 )
 from parc_jax.learning.bound.fresh import SHAPE
 from parc_jax.learning.bound.pipeline import (
+    NEW_RUNS,
     STORED,
     HeldRuns,
     SystemRuns,
     bound_errors,
     learn_profile,
+    refuse_unused,
     runs_ahead,
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
@@ -116,6 +118,9 @@ def learn(
     bars. Returns the model. Raises InputError, also for a start that matters more than `gap`.
     """
     settings = (settings or (Learning() if prior is None else WITH_PRIOR)).replace(**options)
+    if isinstance(source, RolloutBatch):
+        unused = NEW_RUNS if prior is not None else ("rollouts", *NEW_RUNS)
+        refuse_unused(options, unused, "with recorded runs, all of which are used")
     for name, asked in (("plant", settings.plant), ("body", settings.body)):
         if asked not in (None, getattr(source, name, None)):
             raise InputError(

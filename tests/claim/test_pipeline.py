@@ -45,6 +45,26 @@ def test_the_start_is_declared_tried_and_added(tmp_path):
     assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in logged.assumptions
 
 
+def test_options_that_would_change_nothing_are_refused():
+    """The same answer came of all runs, as of others that were asked for."""
+    held, train = (
+        collect(plant(noisy), KEY, 60, s, quiet=True) for s in (Stage.BOUND, Stage.TRAIN)
+    )
+    log, made = train.replace(seed=None, stage=None), {"eps": 0.2, "delta": 0.1, "train": train}
+    asked = pj.learning.bound_error
+    tube = asked(NET, held, None, bins=(1, 1), **made).tube
+    for call in (
+        lambda: asked(NET, held, None, fresh=20, **made),
+        lambda: asked(NET, held, None, profile=tube, bins=(2, 2), **made),
+        lambda: pj.learn(log, KEY, rollouts=50),
+        lambda: pj.learn(log, KEY, "twist", profile_runs=50),
+    ):
+        with pytest.raises(InputError, match="expected no such option with"):
+            call()
+    with pytest.raises(InputError, match=r'blocks: expected claims=\("bins",\)'):
+        asked(NET, held, None, bins=(2, 2), blocks=(2, 1), **made)
+
+
 def test_python_and_shell_make_the_same_claim(tmp_path):
     system = plant(noisy)
     learned = learn_report(system, KEY, STUDY, path=tmp_path, quiet=True)

@@ -6,7 +6,7 @@ the same makes a new claim from new data.
 """
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.keys import Stage, as_key
+from parc_jax.common.spelling import listed
 from parc_jax.learning.bound.bins import Bins, block_shares
 from parc_jax.learning.bound.calibrate import block_of_bins, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
@@ -43,6 +44,7 @@ from parc_jax.learning.runs.law import STATED
 from parc_jax.learning.system import System, check_system
 
 STORED = np.float32  # positions of many runs: half the memory, 2^-24 of them in every error
+NEW_RUNS = ("profile_runs", "fresh")  # options that ask for runs of a system
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,11 +136,14 @@ def bound_error(
         )
     settings = (asked or BoundSettings()).replace(**options)
     recorded = isinstance(system, RolloutBatch)
-    if not recorded:
+    if recorded:
+        refuse_unused(options, NEW_RUNS, "with recorded runs, all of which are used")
+    else:
         check_system(system)
         as_key(key)
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
+        refuse_unused(options, ("bins", "shape", "profile_runs"), "with a profile, which has them")
     if recorded:
         if train is None:
             raise InputError(
@@ -151,6 +156,12 @@ def bound_error(
         runs = SystemRuns(system, key, first_row, path, quiet)
         start = try_starts(system, key, settings.gap)
     return bound_errors(net, runs, train, settings, start, profile=profile)[0]
+
+
+def refuse_unused(options: Collection[str], names: Collection[str], why: str) -> None:
+    """Refuse options by name that would change nothing. Raises InputError."""
+    if given := [name for name in names if name in options]:
+        raise InputError(f"{listed(given)}: expected no such option {why}. Leave it out.")
 
 
 def bound_errors(
@@ -172,6 +183,8 @@ def bound_errors(
         were made from, as of `entry_of`.
     watch: entered for each stage, by its name.
     """
+    if settings.blocks is not None and "bins" not in settings.claims:
+        raise InputError('blocks: expected claims=("bins",), which they are of, or none.')
     looks, ledger = settings.looks * len(settings.claims), [*seen]
     if profile is None:
         ledger.append([SHAPE, "", None, None, []])  # of training runs, and of those that follow
