@@ -27,6 +27,7 @@ from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import AccelerationBound, ModelBound, SpeedBound
+from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.joined import concatenate
@@ -116,6 +117,25 @@ def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
     with pytest.raises(InputError, match="training runs"):
         scores = score_system(NET, system, KEY, profile, 700, Stage.TRAIN, quiet=True)
         calibrate(NET, scores, profile, eps=1e-2, train=train)
+
+
+def test_scores_are_of_this_network_and_profile(holdout, profile, train):
+    """Those of another profile gave a tube a tenth as wide."""
+    scores = score_batch(NET, holdout, profile)
+    other = relu_network([0.5 * w for w in NET.weights], NET.biases)
+    small = profile.with_halves(*(half / 10 for half in profile.halves))
+    for make in (calibrate, calibrate_bins):
+        ours = [make(NET, x, profile, eps=0.1, delta=0.01) for x in (scores, holdout)]
+        assert ours[0].hash == ours[1].hash
+        for net, shape in ((NET, small), (other, profile)):
+            with pytest.raises(InputError, match="those of another network or profile"):
+                make(net, scores, shape, eps=0.1, delta=0.01)
+
+
+@pytest.mark.parametrize("blocks", [(1.5, 1), ("2", 1), (0, 1), (1,), (2, None)])
+def test_blocks_are_whole_numbers(holdout, profile, blocks):
+    with pytest.raises(InputError, match=r"blocks: expected 2 whole numbers >= 1, one per axis"):
+        calibrate_bins(NET, score_batch(NET, holdout, profile), profile, blocks=blocks)
 
 
 def test_a_failed_run_is_an_infinite_score(profile):

@@ -148,6 +148,14 @@ def test_a_claim_survives_a_wider_tube_only():
         weaker(claim(), tube(TUBE.edges, TUBE.interval * 0.999, TUBE.final))
 
 
+def test_a_wider_tube_is_of_the_same_bins_and_points():
+    """An inner edge moved from 0.75 to 0.99 gave the wide bin's k the narrow bin's tube."""
+    edges, wide = [[0, 0.5, 1], [0, 1]], (np.ones((2, 4, 2)), np.ones((2, 2)))
+    two = tube(edges, *wide)
+    others = tube([[0, 0.9, 1], [0, 1]], *wide), tube([[0, 0.5, 1]], *wide), tube(edges, *wide, 2)
+    assert two.at_least(two) and not any(other.at_least(two) for other in others)
+
+
 def test_laws_differ_when_anything_declared_differs():
     laws = [
         LAW,

@@ -1,5 +1,7 @@
 """What counts as independent: copies are found beyond storage and printing, groups count as one."""
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.fresh import left_out_beside, seen_in_training
 from parc_jax.learning.bound.monitor import monitor
 from parc_jax.learning.bound.pipeline import bound_error, update
@@ -331,6 +334,29 @@ def test_an_update_remembers_what_its_network_was_trained_on(train, held):
     claim = bound_error(NET, fresh, None, train=first, **made)
     again = update(claim, NET, first, theirs)[1]
     assert left_out_beside(again, rest) == left_out_beside(claim, rest) == 10
+
+
+@pytest.mark.parametrize("logs", [True, False])
+def test_runs_that_an_assumed_claim_was_made_from_are_no_news(train, held, logs):
+    """As fresh runs of an update these made a claim that was false in 44 of 100 cases."""
+    others = (collect(plant(noisy), jax.random.PRNGKey(i), 100, quiet=True) for i in (7, 8))
+    mine, since, fresh = (
+        recorded(x.k, x.p, x.q, x, name=f"file:{row}") if logs else x
+        for row, x in enumerate((train, *others))
+    )
+    made, untold = {"eps": 0.2, "delta": 0.1, "bins": (1, 1)}, "does not say what it was trained on"
+    claim = assumed_claim(NET, mine)
+    again = update(claim, NET, since, fresh, **made)[1]
+    bare = {name: told for name, told in claim.evidence.items() if name != "seen"}
+    older = derived(replace(claim, evidence=bare))  # as of a file of before
+    for one in (claim, again, older)[: 3 if logs else 2]:  # such a file names no runs of a seed
+        with pytest.raises(InputError, match="100 of 100 are its training runs"):
+            update(one, NET, since, mine, **made)
+    with pytest.raises(InputError, match="100 of 100 are its training runs"):
+        monitor(again, NET).observe(mine)
+    assert monitor(again, NET).observe(recorded(held.k, held.p, held.q, held) if logs else held)
+    assert untold not in again.details()
+    assert untold in update(older, NET, since, fresh, **made)[1].details()
 
 
 @pytest.mark.parametrize("known", [{}, {"recordings": []}])

@@ -298,6 +298,8 @@ def test_what_was_trained_on_is_no_new_evidence():
             with pytest.raises(InputError, match=r"its training runs, the first is row 3\."):
                 update(one, NET, later, seen.select(slice(3, 9)))
     assert monitor(seeded, NET).observe(later).seen == 5
+    with pytest.raises(InputError, match="100 of 160 are its calibration runs and 60 of 160 are"):
+        monitor(logged, NET, share=1.0).observe(log)
 
 
 def test_all_runs_that_a_claim_saw_are_no_new_evidence():

@@ -1,5 +1,7 @@
 """`learn` from logs: the eps that they support, and what it reports."""
 
+import json
+
 import jax
 import numpy as np
 import pytest
@@ -46,6 +48,18 @@ def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
     code, _, complained = learn("log.npz", "--out", "other.npz", "--dt", 0.25)
     assert code == 2 and "expected both" in complained
     assert not (tmp_path / "other.npz").exists()
+
+
+@pytest.mark.slow
+def test_a_tube_without_a_claim_is_json_that_others_can_read(learn, tmp_path):
+    data = pj.learning.collect(toy_cart.Cart(), jax.random.PRNGKey(1), n=50, quiet=True)
+    p = np.array(data.p)
+    p[::3, -1] = np.nan
+    np.savez(tmp_path / "log.npz", k=data.k, p=p)
+    times = ("--dt", 0.25, "--t-f", 1.0, "--dt-record", 0.05)
+    code, said, _ = learn("log.npz", "--out", "model.npz", *times, "--holdout", 0.5, "--json")
+    told = json.loads(said, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    assert code == 1 and told["final_error"] == [None, None]
 
 
 def test_few_runs_of_a_rigid_body_get_a_twist_unless_they_are_to_have_none(monkeypatch, tmp_path):

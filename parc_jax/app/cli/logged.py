@@ -116,7 +116,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         "failed": failed,
         "hidden": list(model.net.hidden),
         "training_rms": rms,
-        "final_error": final_error(model).tolist(),
+        "final_error": [x if np.isfinite(x) else None for x in final_error(model).tolist()],
         "bins": model.tube.n_bins,
         "prior": learned.prior,
         "claim": model.claim.to_json(),

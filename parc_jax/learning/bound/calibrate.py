@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from numbers import Integral
 
 import numpy as np
 
@@ -58,8 +59,7 @@ def calibrate(
     for repeated runs and near copies.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    scores = holdout if isinstance(holdout, Scores) else scores_of(net, profile, [holdout])
-    check_fresh(scores, train)
+    scores = _scored(net, holdout, profile, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit, independent = scores.unit, scores.by_group()
     n = len(independent)
@@ -75,6 +75,20 @@ def calibrate(
     shown = {"quantifier": said, "eps": supported, "n": n, "discard": discard}
     about = net, scores, profile, settings, train
     return _pac_claim(*about, np.full(profile.n_bins, scale), evidence, **shown)
+
+
+def _scored(
+    net: ReLUNetwork, holdout: RolloutBatch | Scores, profile: Tube, train: RolloutBatch | None
+) -> Scores:
+    """Scores of a fresh calibration set. Raises InputError, also for those of something else."""
+    scores = holdout if isinstance(holdout, Scores) else scores_of(net, profile, [holdout])
+    if scores.of != (net.hash, profile.hash):
+        raise InputError(
+            "calibrate: expected scores of this network against this profile; got those of another "
+            "network or profile. Pass the runs, or score them anew."
+        )
+    check_fresh(scores, train)
+    return scores
 
 
 def _pac_claim(
@@ -214,7 +228,7 @@ def ledger(between: str, about: Subject, lost: np.ndarray | None, gone: int = 0)
 
 def calibrate_bins(
     net: ReLUNetwork,
-    scores: Scores,
+    holdout: RolloutBatch | Scores,
     profile: Tube,
     settings: BoundSettings | None = None,
     *,
@@ -230,7 +244,7 @@ def calibrate_bins(
     and `blocks`; discard counts per claim. Raises InputError.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    check_fresh(scores, train)
+    scores = _scored(net, holdout, profile, train)
     if scores.groups is not None:
         raise InputError(
             "calibrate_bins: expected independent runs; these come in groups, whose runs may lie "
@@ -293,8 +307,11 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
     and every bin its own block where blocks is None or finer. Raises InputError.
     """
     blocks = grid if blocks is None else tuple(blocks)
-    if len(blocks) != len(grid) or min(blocks) < 1:
-        raise InputError(f"blocks: expected {len(grid)} numbers >= 1, one per axis; got {blocks}.")
+    counts = all(isinstance(n, Integral) and n >= 1 for n in blocks)
+    if len(blocks) != len(grid) or not counts:
+        raise InputError(
+            f"blocks: expected {len(grid)} whole numbers >= 1, one per axis; got {blocks}."
+        )
     number = np.zeros((), int)
     for n, along in zip(grid, blocks, strict=True):
         along = min(n, along)

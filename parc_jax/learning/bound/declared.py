@@ -10,7 +10,7 @@ from parc_jax.learning.bound.bins import Bins
 from parc_jax.learning.bound.calibrate import about_left_out, begins
 from parc_jax.learning.bound.claim import ErrorClaim, derived, error_claim
 from parc_jax.learning.bound.edges import edges_of
-from parc_jax.learning.bound.fresh import left_out, names_of
+from parc_jax.learning.bound.fresh import SEEN, SHAPE, TRAINING, entry_of, left_out, names_of
 from parc_jax.learning.bound.profile import largest_errors
 from parc_jax.learning.bound.settings import DISCRETE_TIME
 from parc_jax.learning.bound.start_gap import invariances
@@ -38,7 +38,11 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
     final[counts == 0] = np.inf
     between = DISCRETE_TIME.assumption(train.time.dt_record)
     told = *about_left_out(gone), *invariances(train.rotation), *begins(train.subject)
-    evidence = {"failed": failed, "training": names_of(train)}
+    made = [
+        entry_of(TRAINING, train),
+        [SHAPE, "", None, None, [], []],
+    ]  # as its shape
+    evidence = {"failed": failed, "training": names_of(train), SEEN: made}
     return error_claim(
         kind="assumed",
         tube=tube(frame.edges, interval, final, len(train.points)),

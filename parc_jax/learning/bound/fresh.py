@@ -153,7 +153,9 @@ def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[R
 def ledger_of(claim: ErrorClaim) -> list[list]:
     """All runs that claim, network and error shape were made from and name: as of `entry_of`."""
     known = claim.evidence
-    entries = [*known.get(SEEN, [])]
+    named = known.get("training", {}).get("runs")
+    before = [[TRAINING, "", None, None, named]] * bool(named)  # of a file without such entries
+    entries = [*known.get(SEEN, before)]
     if "holdout_rows" in known:
         rows = known["runs"] if known["seed"] is None else [known["holdout_rows"]]
         source = claim.law.generator, known["seed"], known["stage"]

@@ -160,7 +160,7 @@ class Scores:
         intervals (t, p), or (t, point, pair of faces), first, then final. ids: (n,) content hashes.
     law, subject, seed, stage: of the runs. groups: (n,) recording of each row, None without.
     marks: of recorded runs, to recognise copies. lost: (n,) as of `RolloutBatch`, 0 for none.
-    moves: (n, 2, n_c) as of `moves_of`.
+    moves: (n, 2, n_c) as of `moves_of`. of: hashes of network and profile.
     """
 
     rows: np.ndarray
@@ -177,6 +177,7 @@ class Scores:
     lost: np.ndarray | None = None
     source: tuple[str, int, int] | None = None
     moves: np.ndarray | None = None
+    of: tuple[str, str] = ("", "")
 
     @property
     def n(self) -> int:
@@ -205,8 +206,8 @@ def scores_of(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) 
     joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
     rows, k, ids, groups, marks, lost, moves, score, worst = joined
     source = sources[0][0], min(first for _, first, _ in sources), max(x[2] for x in sources)
-    of = ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source, moves
-    return Scores(rows, k, score, worst, *of)
+    runs = batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source, moves
+    return Scores(rows, k, score, worst, ids, *runs, (net.hash, profile.hash))
 
 
 def moves_of(batch: RolloutBatch) -> np.ndarray:

@@ -309,11 +309,12 @@ def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
     """Refuse runs that a claim was made from, in any way. Raises InputError."""
     made = used_by(claim, batch)
     if (old := made != "").any():
-        first = np.argmax(old)
+        uses = zip(*np.unique(made[old], return_counts=True), strict=True)
+        told = " and ".join(f"{n} of {batch.n} are its {use} runs" for use, n in uses)
         raise InputError(
-            f"{batch.name}: expected runs made after the claim; {int(old.sum())} of {batch.n} are "
-            f"its {made[first]} runs, the first is row {batch.rows[first]}. Leave them out, with "
-            "all copies of them, or draw new ones, from another key or recorded since."
+            f"{batch.name}: expected runs made after the claim; {told}, the first is row "
+            f"{batch.rows[np.argmax(old)]}. Leave them out, with all copies of them, or draw new "
+            "ones, from another key or recorded since."
         )
 
 
