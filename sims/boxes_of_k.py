@@ -25,6 +25,7 @@ from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.bound.tube import Tube
+from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
@@ -48,6 +49,13 @@ SPREAD = 0.06  # [sides of the box of ends] of the first of them about the given
 FEW = 32  # runs that score a place to end, before all of them do
 
 
+def under(scene: Scene, model: TrajectoryModel) -> Scene:
+    """The same arrays with another model of the same layout: to rank plans. The slack is that of
+    the first model, so a "safe" of this scene is no verdict.
+    """
+    return scene.replace(nominal=replace(scene.nominal, model=model))
+
+
 def rank_plans(
     scene: Scene, rng: np.random.Generator, part: float = 1.0, spacing: float = 0.0
 ) -> Ranked:
@@ -62,7 +70,7 @@ def rank_plans(
     scored_by = scene
     if part != 1.0:  # of which nothing is claimed; a bin without claim stays without one
         claim = stand_in(model.claim, scaled_tube(model.tube, part))
-        scored_by = scene.under(model.replace(claim=claim))
+        scored_by = under(scene, model.replace(claim=claim))
     lo, hi = model.domain.lo, model.domain.hi
     k = rng.uniform(lo, hi, (DRAWS, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (DRAWS, model.n_p))

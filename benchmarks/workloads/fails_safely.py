@@ -29,6 +29,7 @@ from parc_jax.proof.regions import enumerate_regions
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import scene_of
+from sims.boxes_of_k import under
 
 KINDS = ("solved", "empty", "unbounded", "trouble")
 BAD = (np.nan, np.inf, -np.inf)
@@ -152,7 +153,7 @@ def _arithmetic(rng, model, problem, plans: np.ndarray, n: int) -> tuple[int, in
         )
         match i % 5:
             case 0:
-                bad_scene = scene.under(model.replace(net=_bad_network(rng, model.net, bad)))
+                bad_scene = under(scene, model.replace(net=_bad_network(rng, model.net, bad)))
             case 1:
                 claim = copy.copy(model.claim)
                 tube = claim.tube
@@ -161,7 +162,7 @@ def _arithmetic(rng, model, problem, plans: np.ndarray, n: int) -> tuple[int, in
                     np.full_like(tube.final, abs(bad)),
                 )
                 object.__setattr__(claim, "tube", tube.replace(interval=interval, final=final))
-                bad_scene = scene.under(model.replace(claim=claim))
+                bad_scene = under(scene, model.replace(claim=claim))
             case 2:
                 bad_scene = scene.replace(slack=np.float64(abs(bad)))
             case 3:

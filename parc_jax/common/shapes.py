@@ -24,3 +24,4 @@ ManyParams = Float[ArrayLike, "b n_k"]
 States = Float[ArrayLike, "b n_q"]
 Paths = Float[ArrayLike, "b knots n_c"]
 Numbers = Int[ArrayLike, " b"]
+Items = Int[ArrayLike, " items"]  # numbers of what is looked at together, such as pairs

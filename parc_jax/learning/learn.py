@@ -119,8 +119,8 @@ def learn(
     """
     settings = (settings or (Learning() if prior is None else WITH_PRIOR)).replace(**options)
     if isinstance(source, RolloutBatch):
-        unused = NEW_RUNS if prior is not None else ("rollouts", *NEW_RUNS)
-        refuse_unused(options, unused, "with recorded runs, all of which are used")
+        of_a_prior = ("rollouts",) * (prior is None)
+        refuse_unused(options, of_a_prior + NEW_RUNS, "with recorded runs, all of which are used")
     for name, asked in (("plant", settings.plant), ("body", settings.body)):
         if asked not in (None, getattr(source, name, None)):
             raise InputError(

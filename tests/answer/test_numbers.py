@@ -17,6 +17,7 @@ from parc_jax.problem.robust.realisations import Robustness
 from parc_jax.safe_set.corridors.sampling import Place, ends_from
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.statement import IN_THE_BOX, set_of
+from sims.boxes_of_k import under
 
 KEY = jax.random.PRNGKey(0)
 SAMPLES = pj.Settings(samples=600, work=1e-3, samples_only=True, proof=False)
@@ -48,7 +49,7 @@ def test_the_risk_of_a_draw_is_that_of_bins_with_a_claim():
     some = derived(claim, bin_eps=(None, eps, Fraction(1, 90)), **about)
     scene, model = answer().scene, answer().model
     of_all, of_some = (
-        replace(answer(), scene=scene.under(model.replace(claim=c)))
+        replace(answer(), scene=under(scene, model.replace(claim=c)))
         for c in (derived(claim, **about), some)
     )
     assert of_some.risk() == of_all.risk() and of_some.risk().bound >= eps

@@ -28,11 +28,12 @@ from parc_jax.safe_set.corridors.stopping import nothing_covered
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.scene import lowered
 from parc_jax.statement import nothing_found
+from sims.boxes_of_k import under
 
 
 def found(**changes):
     """The toy's answer, with a name that is no text of a notebook; cover changed."""
-    scene = answer().scene.under(told(answer().model, system="<b>toy</b> & co"))
+    scene = under(answer().scene, told(answer().model, system="<b>toy</b> & co"))
     return replace(answer(), scene=scene, cover=answer().cover._replace(**changes))
 
 

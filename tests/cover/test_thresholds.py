@@ -8,6 +8,7 @@ from parc_jax.safe_set.corridors.choose import allowed_of
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors, Thresholds
 from parc_jax.safe_set.verdict.scene import scene_of
+from sims.boxes_of_k import under
 
 
 def drawn(rng, scene, n: int) -> list[Corridor]:
@@ -72,4 +73,4 @@ def test_what_errors_take_along_the_table_is_known_in_all_bins():
         exact = model.tube.errors.support(-np.broadcast_to(w, (2, 4, 3, 2)))
         found = np.asarray(shared.known)[shared.which[o, d]].transpose(0, 2, 1)
         np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-6)
-    assert allowed_of(scene.under(points_model(rng, m=3))).known is None
+    assert allowed_of(under(scene, points_model(rng, m=3))).known is None

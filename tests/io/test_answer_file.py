@@ -18,6 +18,7 @@ from parc_jax.checker import check_answer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.claim import derived
 from parc_jax.proof.certificate.write import part_hash
+from sims.boxes_of_k import under
 
 
 @pytest.fixture
@@ -203,7 +204,7 @@ def test_what_contradicts_itself_is_refused_though_its_hashes_fit(answer, tmp_pa
     model = answer.model.replace(
         claim=derived(answer.model.claim, evidence={"network_of_runs": ""})
     )
-    other = replace(answer, scene=answer.scene.under(model)).save(tmp_path / "copies.json")
+    other = replace(answer, scene=under(answer.scene, model)).save(tmp_path / "copies.json")
     with pytest.raises(InputError, match="and fits its claim"):
         load_answer(other)
 

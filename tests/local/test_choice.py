@@ -30,6 +30,7 @@ from parc_jax.learning.bound.settings import DISCRETE_TIME, ModelBound, SpeedBou
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.law import law_of
 from parc_jax.problem.problem import Span
+from sims.boxes_of_k import under
 
 pytestmark = pytest.mark.soundness
 
@@ -74,7 +75,7 @@ def test_the_plan_that_is_told_is_the_plan_that_was_tested(chosen):
 def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
     claim = chosen.model.claim
     logged = derived(claim, law=replace(claim.law, k_law="logged"))
-    other = replace(chosen, scene=chosen.scene.under(chosen.model.replace(claim=logged)))
+    other = replace(chosen, scene=under(chosen.scene, chosen.model.replace(claim=logged)))
     assert isinstance(other.risk(), NoStatement)
 
 
@@ -380,7 +381,7 @@ def test_runs_near_a_plan_are_made_by_an_executor_too():
 
 
 def test_a_plan_has_as_much_room_as_the_claim_says_that_the_start_matters(chosen, monkeypatch):
-    claim, scene = toy.on_the_hill().claim, chosen.scene.under(toy.on_the_hill())
+    claim, scene = toy.on_the_hill().claim, under(chosen.scene, toy.on_the_hill())
     k = np.array([0.01, 0.5])  # hardly any gust
     for end, fails in (((0.4, 0.4), 0), ((0.31, 0.4), 8), ((0.4, 0.69), 8)):  # goal: 0.3 to 0.7
         plan, looks = np.append(np.array(end) - k, k), toy.answer().choose(delta=0.05).looks
@@ -419,7 +420,7 @@ def test_results_are_of_the_plan_that_was_run_in_its_scene(chosen):
         plant(toy.gusty, toy.T), KEY, n=30
     )
     assert replace(tested, value=0.0).details() == tested.details()
-    scene = chosen.scene.under(chosen.model)
+    scene = under(chosen.scene, chosen.model)
     for change in ({"plan": tested.plan + 1e-9}, {"scene": scene}):
         with pytest.raises(InputError, match="results of this very plan"):
             replace(tested, **change)

@@ -26,6 +26,7 @@ from sims.boxes_of_k import (
     scaled_tube,
     smaller_boxes,
     spaced,
+    under,
 )
 from sims.refine import refine
 
@@ -97,10 +98,9 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     assert (plans.value == e.room).all()
     assert ((plans.value > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
     less = rank_plans(scene, np.random.default_rng(0), part=0.5)
-    under = verdicts(
-        scene.under(told(model, tube=scaled_tube(model.tube, 0.5))), less.x[0], less.x[1]
-    )
-    assert under.safe[less.value > 0].all() and less.score == under.clearance[0]
+    thinner = under(scene, told(model, tube=scaled_tube(model.tube, 0.5)))
+    seen = verdicts(thinner, less.x[0], less.x[1])
+    assert seen.safe[less.value > 0].all() and less.score == seen.clearance[0]
     assert less.score > rank_plans(scene, np.random.default_rng(0)).score
 
 

@@ -17,6 +17,7 @@ from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.runs.collect import collect
 from parc_jax.safe_set.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.safe_set.verdict.scene import scene_of
+from sims.boxes_of_k import under
 
 KEY = jax.random.PRNGKey(7)
 pytestmark = pytest.mark.slow  # kernels of its own: of the gate
@@ -115,4 +116,4 @@ def test_a_contradiction_among_many_is_reported():
     failed = (touched | ~reached).sum()
     assert 0 < (touched & ~reached).sum() < failed < 300
     with pytest.raises(SoundnessError, match=f"{failed} of 300 plans failed"):
-        counts_of(Bar(), scene.under(model), plans, KEY)
+        counts_of(Bar(), under(scene, model), plans, KEY)

@@ -1,6 +1,5 @@
 """`parc-jax check`: the independent checker, the proved one; `parc-jax explain`: all sentences."""
 
-import argparse
 import contextlib
 import io
 import json
@@ -65,9 +64,10 @@ def brief(arguments: list[str]) -> int:
     """The checker's command line and what the shell adds, its report in short; the exit code."""
     parser = command_line()
     parser.prog = "parc-jax check"
-    parser.add_argument("--no-json", dest="json", action="store_false", help="the report in words")
-    both_ways = {"action": argparse.BooleanOptionalAction, "default": False}
-    parser.add_argument("--second", **both_ways, help="ask the proved checker too")
+    # help offers both ways of each
+    parser.add_argument("--no-json", dest="json", action="store_false")
+    parser.add_argument("--no-second", dest="second", action="store_false")
+    parser.add_argument("--second", action="store_true", help="ask the proved checker too")
     try:
         asked = parser.parse_args(arguments)
     except SystemExit as told:

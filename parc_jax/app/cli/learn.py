@@ -30,7 +30,7 @@ def learn(
     """
     from parc_jax.app.cli import logged as logs
     from parc_jax.app.cli.places import held, require_place
-    from parc_jax.app.cli.systems import of_study
+    from parc_jax.app.cli.systems import black_box_of, find, study_of
     from parc_jax.common.keys import key_of
     from parc_jax.learning.learn import learn_report
 
@@ -44,7 +44,6 @@ def learn(
                 run_anew = [name for name in run_anew if name != "rollouts"]
             logs.refuse(run_anew, source, "a system that can be run")
             learned = logs.from_log(Path(source), log, study, shell.seed)
-            learned.model.save(out)
         elif Path(source).suffix in (".bag", ".mcap", ".db3", ".mat"):
             raise InputError(
                 f"{source}: expected a system, a .npz file or a folder of CSV files. Bags are read "
@@ -52,10 +51,11 @@ def learn(
             )
         else:
             logs.refuse(logged, source, "logged runs")
-            _, settings, black_box = of_study(source, study)
-            key = key_of(shell.seed)
+            module = find(source, needed=("system",))
+            settings = study_of(module, **study)
+            black_box, key = black_box_of(module, settings.plant, settings.body), key_of(shell.seed)
             learned = learn_report(black_box, key, settings, path=work, quiet=shell.quiet)
-            learned.model.save(out)
-            shutil.rmtree(work, ignore_errors=True)
+        learned.model.save(out)
+        shutil.rmtree(work, ignore_errors=True)
     print(logs.summary(learned, out, as_json=shell.json))
     return 0 if learned.model.tube.claimed.any() else 1

@@ -90,13 +90,6 @@ def study_of(module: ModuleType, **changes):
     return getattr(module, "STUDY", Study()).replace(**changes)
 
 
-def of_study(name: str, changes: dict):
-    """The module of a system, its study with these fields, and its system. Raises InputError."""
-    module = find(name, needed=("system",))
-    study = study_of(module, **changes)
-    return module, study, black_box_of(module, study.plant, study.body)
-
-
 def black_box_of(module: ModuleType, plant: str | None, body: str | None):
     """module.system() with the plant, and the body where it depends on it. Raises InputError."""
     depends = "body" in inspect.signature(module.system).parameters

@@ -315,14 +315,10 @@ def _names(code: types.CodeType) -> Iterator[str]:
         yield from (constant for constant in one.co_consts if isinstance(constant, str))
 
 
-def _steps(code: types.CodeType) -> list[dis.Instruction]:
-    return [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
-
-
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
 def _globals(code: types.CodeType) -> tuple[str, ...]:
     """Global names alone, of those in `_names`: all that a function takes to another process."""
-    steps = chain.from_iterable(map(_steps, _codes(code)))
+    steps = chain.from_iterable(map(dis.get_instructions, _codes(code)))
     return tuple(step.argval for step in steps if step.opname in _GLOBAL)
 
 
@@ -330,7 +326,8 @@ def _globals(code: types.CodeType) -> tuple[str, ...]:
 def _imports(code: types.CodeType, package: str) -> tuple[str, ...]:
     """What may be the name of a module, of all imports in a function of a package."""
     names = []
-    for steps in map(_steps, _codes(code)):
+    for steps in map(dis.get_instructions, _codes(code)):
+        steps = [step for step in steps if step.opname != "EXTENDED_ARG"]
         for i in (i for i, step in enumerate(steps) if step.opname == "IMPORT_NAME"):
             level, taken, name = (step.argval for step in steps[i - 2 : i + 1])
             with contextlib.suppress(ImportError):  # beyond the package

@@ -17,7 +17,7 @@ from numpy.typing import DTypeLike
 
 from parc_jax.common.arrays import in_chunks, on_all_cores, once, x64
 from parc_jax.common.backend import compiled
-from parc_jax.common.shapes import Index, Numbers, Paths
+from parc_jax.common.shapes import Index, Items, Numbers, Paths
 from parc_jax.learning.bound.error_set import ErrorSet, at
 from parc_jax.learning.bound.reach import in_room
 from parc_jax.learning.bound.tube import Tube
@@ -60,9 +60,7 @@ class Thresholds:
         self._table = np.zeros(0)
         self._blocks: dict[int, tuple[int, Looked]] = {}
 
-    def lookup(
-        self, corridors: tuple[Corridor, ...], corridor: np.ndarray, bins: np.ndarray
-    ) -> Looked:
+    def lookup(self, corridors: tuple[Corridor, ...], corridor: Items, bins: Items) -> Looked:
         """Thresholds of (corridor, bin) pairs, on the device.
 
         corridors: all corridors; a number stays that of its corridor.
@@ -267,9 +265,7 @@ class Corridors:
         on_all_cores(tile, parts)
         return out
 
-    def kept_pairs(
-        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
-    ) -> np.ndarray:
+    def kept_pairs(self, path: Paths, bins: Numbers, plan: Items, corridor: Items) -> np.ndarray:
         """(pairs,) bool: does plan[i] satisfy corridor[i] at every knot, in float64?"""
         if not len(plan):
             return np.zeros(0, bool)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.common.arrays import map_rows, slices
-from parc_jax.common.shapes import Index, Knot, Path
+from parc_jax.common.shapes import Index, Items, Knot, Path
 from parc_jax.learning.bound.error_set import ErrorBox
 from parc_jax.learning.network.predict import moved_to
 from parc_jax.learning.runs.batch import RolloutBatch
@@ -81,9 +81,7 @@ def _nearest(scene: Tabled, path: np.ndarray, enough: float) -> np.ndarray:
     return np.minimum(found, scene.beyond)
 
 
-def _measured(
-    scene: Tabled, path: np.ndarray, run: np.ndarray, o: np.ndarray, t: np.ndarray
-) -> np.ndarray:
+def _measured(scene: Tabled, path: np.ndarray, run: Items, o: Items, t: Items) -> np.ndarray:
     """Distances (i,) [m] of pairs o from runs in their intervals t, (i,) each."""
     return map_rows(ITEMS, partial(_distances, scene), path[run, t], path[run, t + 1], o)
 

@@ -105,12 +105,6 @@ class Scene(SceneArrays):
         asked, K = Box(self.k_lo, self.k_hi).text, self.model.domain.text
         return self.model.claim.law.box if asked == K else asked
 
-    def under(self, model: TrajectoryModel) -> "Scene":
-        """The same arrays with another model of the same layout: to rank plans. The slack is that
-        of the first model, so a "safe" of this scene is no verdict.
-        """
-        return self.replace(nominal=dataclasses.replace(self.nominal, model=model))
-
     @property
     def arrays(self) -> SceneArrays:
         """Input of a kernel, which compiles once for all scenes of a size."""

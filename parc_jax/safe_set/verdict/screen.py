@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import least, map_rows, once, slices, x64
 from parc_jax.common.backend import compiled
-from parc_jax.common.shapes import Index, Knot, ManyParams, Params, Path, Positions, Vector
+from parc_jax.common.shapes import Index, Items, Knot, ManyParams, Params, Path, Positions, Vector
 from parc_jax.learning.bound.bins import open_bin_of
 from parc_jax.learning.bound.reach import Reach, numbered, reach
 from parc_jax.learning.bound.tube import Tube
@@ -239,9 +239,7 @@ def _screen(scene: Scene, p0: Positions, k: ManyParams, row: np.ndarray) -> tupl
     return row[safe], *(field[safe] for field in seen[:4])
 
 
-def _apart(
-    scene: Scene, seen: FacetTest, plan: np.ndarray, o: np.ndarray, t: np.ndarray
-) -> np.ndarray:
+def _apart(scene: Scene, seen: FacetTest, plan: Items, o: Items, t: Items) -> np.ndarray:
     """(items,) bool: are plans kept apart from pairs o in intervals t?"""
     if not len(plan):
         return np.zeros(0, bool)
