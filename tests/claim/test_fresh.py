@@ -348,8 +348,10 @@ def test_runs_that_an_assumed_claim_was_made_from_are_no_news(train, held, logs)
     claim = assumed_claim(NET, mine)
     again = update(claim, NET, since, fresh, **made)[1]
     bare = {name: told for name, told in claim.evidence.items() if name != "seen"}
-    older = derived(replace(claim, evidence=bare))  # as of a file of before
-    for one in (claim, again, older)[: 3 if logs else 2]:  # such a file names no runs of a seed
+    older = derived(replace(claim, evidence=bare))  # as of a file of before, and its update
+    updated = derived(again, evidence={"seen": again.evidence["seen"][1:]})
+    # such files name no runs of a seed
+    for one in (claim, again, older, updated)[: 4 if logs else 2]:
         with pytest.raises(InputError, match="100 of 100 are its training runs"):
             update(one, NET, since, mine, **made)
     with pytest.raises(InputError, match="100 of 100 are its training runs"):

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
-from numbers import Integral
 
 import numpy as np
 
 from parc_jax.common.arrays import content_hash
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.spelling import counted, hex_text, rounded_up
 from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
@@ -59,7 +58,8 @@ def calibrate(
     for repeated runs and near copies.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    scores = _scored(net, holdout, profile, train)
+    scores = _scored(net, profile, holdout)
+    check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
     unit, independent = scores.unit, scores.by_group()
     n = len(independent)
@@ -77,17 +77,11 @@ def calibrate(
     return _pac_claim(*about, np.full(profile.n_bins, scale), evidence, **shown)
 
 
-def _scored(
-    net: ReLUNetwork, holdout: RolloutBatch | Scores, profile: Tube, train: RolloutBatch | None
-) -> Scores:
-    """Scores of a fresh calibration set. Raises InputError, also for those of something else."""
+def _scored(net: ReLUNetwork, profile: Tube, holdout: RolloutBatch | Scores) -> Scores:
+    """Scores of a calibration set. Raises InputError for those of another network or profile."""
     scores = holdout if isinstance(holdout, Scores) else scores_of(net, profile, [holdout])
     if scores.of != (net.hash, profile.hash):
-        raise InputError(
-            "calibrate: expected scores of this network against this profile; got those of another "
-            "network or profile. Pass the runs, or score them anew."
-        )
-    check_fresh(scores, train)
+        raise InputError("holdout: expected scores of this network and profile; got other ones.")
     return scores
 
 
@@ -244,7 +238,8 @@ def calibrate_bins(
     and `blocks`; discard counts per claim. Raises InputError.
     """
     settings = (settings or BoundSettings()).replace(**options)
-    scores = _scored(net, holdout, profile, train)
+    scores = _scored(net, profile, holdout)
+    check_fresh(scores, train)
     if scores.groups is not None:
         raise InputError(
             "calibrate_bins: expected independent runs; these come in groups, whose runs may lie "
@@ -306,12 +301,11 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
     """(n_bins,) block of every bin of the grid, row-major; as evenly many bins in each as can be,
     and every bin its own block where blocks is None or finer. Raises InputError.
     """
-    blocks = grid if blocks is None else tuple(blocks)
-    counts = all(isinstance(n, Integral) and n >= 1 for n in blocks)
-    if len(blocks) != len(grid) or not counts:
-        raise InputError(
-            f"blocks: expected {len(grid)} whole numbers >= 1, one per axis; got {blocks}."
-        )
+    blocks = grid if blocks is None else tuple(blocks if np.iterable(blocks) else [blocks])
+    for n in blocks:
+        check_count("blocks", n, 1, "None for a claim in every bin")
+    if len(blocks) != len(grid):
+        raise InputError(f"blocks: expected {len(grid)} numbers >= 1, one per axis; got {blocks}.")
     number = np.zeros((), int)
     for n, along in zip(grid, blocks, strict=True):
         along = min(n, along)

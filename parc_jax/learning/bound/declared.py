@@ -38,7 +38,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
     final[counts == 0] = np.inf
     between = DISCRETE_TIME.assumption(train.time.dt_record)
     told = *about_left_out(gone), *invariances(train.rotation), *begins(train.subject)
-    made = [entry_of(TRAINING, train), [SHAPE, "", None, None, [], []]]  # as its shape
+    made = [entry_of(TRAINING, train), [SHAPE, "", None, None, []]]  # of the same runs
     evidence = {"failed": failed, "training": names_of(train), SEEN: made}
     return error_claim(
         kind="assumed",

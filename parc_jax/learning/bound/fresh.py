@@ -153,9 +153,7 @@ def noted(ledger: list, use: str, batches: Iterable[RolloutBatch]) -> Iterator[R
 def ledger_of(claim: ErrorClaim) -> list[list]:
     """All runs that claim, network and error shape were made from and name: as of `entry_of`."""
     known = claim.evidence
-    named = known.get("training", {}).get("runs")
-    before = [[TRAINING, "", None, None, named]] * bool(named)  # of a file without such entries
-    entries = [*known.get(SEEN, before)]
+    entries = [*known.get(SEEN, [])]
     if "holdout_rows" in known:
         rows = known["runs"] if known["seed"] is None else [known["holdout_rows"]]
         source = claim.law.generator, known["seed"], known["stage"]
@@ -168,8 +166,10 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     of its recording, by name; "" of a fresh one.
     """
     uses, ids = np.full(runs.n, "", "U20"), short_ids(runs.hashes())
+    trained = {"runs": [], "recordings": []} | claim.evidence.get("training", {})
+    uses[np.isin(ids, trained["runs"])] = TRAINING  # all that some files tell
     if runs.groups is not None:
-        names = np.array(claim.evidence.get("training", {}).get("recordings", []), np.int64)
+        names = np.array(trained["recordings"], np.int64)
         uses[np.isin(runs.groups, names[names >= NAMED])] = TRAINING
     for use, *source, rows, marks in ledger_of(claim):
         by_k, contents = [mark[:12] for mark in marks], [mark[12:] for mark in marks]
