@@ -12,7 +12,7 @@ from needs import need
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 BOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
-PICTURES = {"drift_parking": 5, "your_own_robot": 2}
+PICTURES = {"drift_parking": 4, "your_own_robot": 2}
 
 
 def code(path: Path) -> list[str]:

@@ -64,10 +64,9 @@ def brief(arguments: list[str]) -> int:
     """The checker's command line and what the shell adds, its report in short; the exit code."""
     parser = command_line()
     parser.prog = "parc-jax check"
-    # help offers both ways of each
-    parser.add_argument("--no-json", dest="json", action="store_false")
-    parser.add_argument("--no-second", dest="second", action="store_false")
     parser.add_argument("--second", action="store_true", help="ask the proved checker too")
+    for name in ("json", "second"):  # help offers both ways of each
+        parser.add_argument(f"--no-{name}", dest=name, action="store_false", default=False)
     try:
         asked = parser.parse_args(arguments)
     except SystemExit as told:
