@@ -225,8 +225,8 @@ class Answer(Sealed):
         if self.scene.nominal.uncertainty is not None:
             raise InputError(
                 "choose: expected an answer without uncertainty, for its sentences are about one "
-                "plan driven exactly; solve the same problem with uncertainty=None and choose "
-                "from that."
+                "plan driven exactly; solve the same problem with uncertainty=None, or with "
+                'what is measured given as "free", and choose from that.'
             )
         plan, value = self.best(objective, key)
         account = self.looks.declare(delta, looks)

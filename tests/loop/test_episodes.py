@@ -4,6 +4,7 @@ import copy
 import enum
 import json
 import os
+import sys
 from dataclasses import dataclass
 from datetime import timedelta
 from decimal import Decimal
@@ -285,6 +286,18 @@ def test_of_how_many_a_tube_was_left_is_said_where_few_were_tested():
     seen = sum(one.left is True for one in done.driven)
     assert 0 < seen < 8
     assert f"in {seen} a tube was left, of {seen} in which that was tested, in" in done.details()
+
+
+def test_a_driver_that_ends_its_program_has_failed():
+    """In this process it ended the whole call, and nothing was told of the episode."""
+
+    def ends(world, seed):
+        if world > 0.5:
+            sys.exit("out of battery")
+        return pj.drive.Outcome(False, False)
+
+    done = asked(ends, 8)
+    assert 0 < done.failed < 8 and done.bad == done.failed
 
 
 def test_an_episode_that_leaves_out_what_it_drove_has_failed():

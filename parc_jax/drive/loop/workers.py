@@ -126,7 +126,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
         found = loops, least, told_then, *map(dict, rests), len(committed), drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         where = f"in {place}: " if (place := own_place(error)) else ""
         return failed(task.number, where + said(error))
 
