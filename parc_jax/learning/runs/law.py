@@ -268,7 +268,8 @@ class Subject:
         """
         plain = plain_parts(self.labels) | plain_parts(other.labels)
         free = {*free, *(SAID[part] for part in plain)}
-        free -= {"rotation"} if None not in (self.rotation, other.rotation) else set()
+        if None not in (self.rotation, other.rotation):
+            free.discard("rotation")
         agree(where, self.premises, other.premises, free=free, hint=hint)
 
     def unordered(self, other: "Subject") -> bool:
