@@ -44,7 +44,8 @@ def glide(path, rng, k):
 
 
 if __name__ == "__main__":
-    path, domain = str(Path(sys.argv[1]).absolute()), pj.box([0.5, -0.5], [0.9, 0.5])
+    path = str(Path(*(sys.argv[1:] or sys.exit(__doc__))).absolute())
+    domain = pj.box([0.5, -0.5], [0.9, 0.5])
     law = {"fmu": hashlib.sha256(Path(path).read_bytes()).hexdigest()[:16]}
     run = functools.partial(glide, path)
     glider = pj.python_system(run, domain, TIME, name="glider", n_p=2, n_q=1, workers=2, law=law)

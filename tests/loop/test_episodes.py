@@ -175,6 +175,12 @@ def test_how_far_the_frame_drifted_is_part_of_what_is_said_of_a_loop(tmp_path):
     )
     assert asked(drive, 4, folder=tmp_path).details() == said
     assert "drifted by 0.375 m where" in asked(partial(drive, again=True), 4).details()
+
+    def another_order(world, seed):
+        done = drive(world, seed)
+        return done._replace(committed=iter(done.committed[::-1]))
+
+    assert "drifted by 0.25 m where" in asked(another_order, 4).details()
     assert "drifted" not in asked(partial(drive, drift=0.0), 4).details()
 
 
@@ -281,6 +287,22 @@ def test_a_pose_that_a_loop_saw_outside_of_its_tube_counts_as_a_tube_that_was_le
     assert done.bad == 3 and "in 3 a tube was left" in done.details()
 
 
+def test_a_tube_that_was_left_counts_where_its_manoeuvre_is_not_listed():
+    """The last need not be listed, and no other begins after a pose outside of its tube."""
+
+    def drive(world, seed):
+        loop, place, done = loop_of(0.01), 0.0, []
+        loop.restart()
+        for at in (0.0, 0.5):
+            ahead = lambda seen: -seen.path[:, -1, 0]  # noqa: E731
+            done.append(loop.step([place, 0.0], [0.0], [], ahead, at).committed)
+            place += done[-1].k[0] / 2
+        assert loop.step([place, 9.0], [0.0], [], ahead, 1.0).left
+        return pj.drive.Outcome(False, False, {}, done[:1])
+
+    assert asked(drive, 3).bad == 3
+
+
 def test_of_how_many_a_tube_was_left_is_said_where_few_were_tested():
     done = asked(lambda world, seed: pj.drive.Outcome(False, True if world > 0.5 else None), 8)
     seen = sum(one.left is True for one in done.driven)
@@ -302,7 +324,9 @@ def test_a_driver_that_ends_its_program_has_failed():
 
 def test_an_episode_that_leaves_out_what_it_drove_has_failed():
     done = driven(False)
-    for given, of in ((done, ""), (done[:-1], ""), (done[:-2], "2 of 4"), (done[-1:], "1 of 4")):
+    some = [(done[:-2], "2 of 4"), (done[-1:], "1 of 4"), (done[1:], "3 of 4")]
+    some += [((*done[:2], done[0], done[1]), "2 of 4")]
+    for given, of in ((done, ""), (done[:-1], ""), *some):
         law = {"law": lambda seed: 0, "key": KEY, "n": 1, "workers": 0, "quiet": True}
         outcome = pj.drive.Outcome(False, False, {}, given)
         if not of:  # the last one may have begun when the episode ended

@@ -5,7 +5,7 @@ identified. Imports NumPy alone: workers start at once.
 import functools
 import json
 import pickle
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,8 +26,8 @@ class Outcome(NamedTuple):
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
     by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none
     was, why it counts as bad all the same, such as "odometry drifted too far". told: plain values
-    stored with it. committed: manoeuvres that loops committed to and the robot drove, of which
-    alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where unknown.
+    stored with it. committed: manoeuvres that loops committed to and the robot drove, in any order, of
+    which alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where unknown.
     """
 
     touched: bool
@@ -102,14 +102,14 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
                 f"touched {touched!r}."
             )
         told = json.loads(json.dumps(dict(told), default=_of_numpy))
-        given = Counter(id(one.episode) for one in committed)
+        committed = sorted(dict.fromkeys(committed), key=lambda one: one.begin)
         for one in committed:  # the last that began may not have been driven
-            begun = len(one.episode.begins)
-            if (n := given[id(one.episode)]) < begun - 1:
-                of = f"of {begun} that its loop committed to"
-                raise InputError(f"Outcome: expected all that the robot drove; got {n} {of}.")
+            given = {x.begin for x in committed if x.episode is one.episode}
+            if not given.issuperset((begun := one.episode.begins)[:-1]):
+                of = f"{len(given)} of {len(begun)} that its loop committed to"
+                raise InputError(f"Outcome: expected all that the robot drove; got {of}.")
         # a pose that a loop saw outside of its tube was there, or is outside of its uncertainty
-        seen = any(one.seen_outside or one.others_left for one in committed)
+        seen = any(one.episode.outside or one.others_left for one in committed)
         left = seen or (left if isinstance(left, str | None) else bool(left))
         loops = sorted({one.loop for one in committed})
         short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
