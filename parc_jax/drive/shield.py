@@ -200,12 +200,12 @@ class Shield(gymnasium.Wrapper):
         now = self._steps * self.every
         followed = self._followed(now)  # of the manoeuvre before, where another takes over
         decision, changed = self._step_of(action, now)
-        over = bool(decision.new and now)  # the manoeuvre before; each is told of once
-        left = None if self._left or not (over or decision.left) else decision.left
-        self._left = decision.left or (self._left and not over)
         one = decision.committed
         assert one is not None  # the stop of the reset at least
         driven = self._driven(one.k, now - float(one.begin))
+        over = bool(decision.new and now)  # the manoeuvre before; each is told of once
+        left = None if self._left or not (over or decision.left) else decision.left
+        self._left = decision.left or (self._left and not over)
         # an environment that raises may have moved on: without another reset nothing is certified
         steps, self._steps = self._steps, None
         observation, reward, terminated, truncated, info = self.env.step(driven)

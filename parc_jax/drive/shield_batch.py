@@ -263,7 +263,7 @@ class BatchShield:
         state = jnp.isfinite(far).any(axis=1), far, *state
         _, _, k, clear = while_open(judged, state, (seen, asked), AT_ONCE)
         good = clear > 0
-        lost = elsewhere & ~good & (reason != 2)  # nor is it where its stop was certified
+        lost = elsewhere & ~good  # nor is it where its stop was certified
         reason = jnp.where(lost, 3, reason)
         clearance = jnp.where(lost, -jnp.inf, last.clearance)
         last = last.replace(left=last.left | lost, clearance=clearance)

@@ -12,6 +12,7 @@ from parc_jax.answer.risk import measured_of
 from parc_jax.common.arrays import Sealed, read_only
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage
+from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
 from parc_jax.drive.local.localise import (
     Driven,
@@ -134,7 +135,7 @@ class Choice(Sealed):
         """A box of k around the plan, every plan of it from this start proved safe under the tube
         over K, without new runs; None where no box was proved. [T21]
         """
-        return safe_box(self.scene, self.p0, self.k, self.model.domain)
+        return safe_box(self.scene, self.p0, self.k, Box(self.scene.k_lo, self.scene.k_hi))
 
     def risk(self) -> Risk | NoStatement:
         """P(a run leaves the tube), k uniform on `safe_box`: eps / its share of K. [T5, T23]"""
@@ -166,6 +167,7 @@ class Choice(Sealed):
         Returns the choice with `tested`. Raises InputError, also when all looks are spent.
         """
         require_begins("test", system, self.model)
+        require_under_way(self.scene.problem.all_spans)
         eps = as_probability("eps", eps)
         if n is not None:
             check_count("test: n", n, 1, "None for as many runs as eps takes")

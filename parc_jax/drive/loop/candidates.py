@@ -83,7 +83,7 @@ def listed_candidates(
     values = as_float64("candidates", values, (None, len(chosen)))
     lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
     if not len(values) or not ((lo <= values) & (values <= hi)).all():
-        raise InputError("candidates: expected at least one, all of them within K.")
+        raise InputError("candidates, rest: expected at least one, all of them within K.")
     k = np.zeros((len(values), model.n_k))
     k[:, chosen] = values
     return k

@@ -116,7 +116,7 @@ class Loop:
             if value is not None and not isinstance(value, kind):
                 raise InputError(f"{name}: expected {kind.__name__} or None; got {value!r:.60}.")
         require_sound_arithmetic()
-        self.model, self._clock = model, clock or (lambda: time.perf_counter())
+        self.model, self._clock = model, clock or time.perf_counter
         self.uncertainty = Uncertainty() if uncertainty is None else uncertainty
         self.effort = Effort() if effort is None else effort
         self.given = listed.given_axes(model, given)

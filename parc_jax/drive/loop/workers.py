@@ -26,8 +26,8 @@ class Outcome(NamedTuple):
     the manoeuvre under way, since they may run into a robot that rests [T38]. left: a tube was left
     by the executed part of its manoeuvre (`left_tube`); None where that was not tested; where none
     was, why it counts as bad all the same, such as "odometry drifted too far". told: plain values
-    stored with it. committed: manoeuvres that loops committed to and the robot drove, in any order, of
-    which alone (C) is said. touched_at: [s] of the loops' clock, the first time; None where unknown.
+    stored with it. committed: manoeuvres that loops committed to and the robot drove, in any order;
+    of them alone (C) is said. touched_at: [s] of the loops' clock, the first time; None if unknown.
     """
 
     touched: bool
