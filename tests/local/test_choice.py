@@ -12,7 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy_driven as toy
+from episodes import PATIENT
 from synthetic_plants import plant, straight
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.app.study.job import LOOKS, drive
@@ -46,6 +48,30 @@ def chosen():
 @pytest.fixture(scope="module")
 def near(chosen):
     return chosen.localise(plant(toy.gusty, toy.T), KEY, SMALL, settings=toy.SETTINGS).near
+
+
+def test_a_box_at_a_border_of_the_part_of_k_that_was_asked_for_ends_there():
+    """Of a plan near such a border there was none, where one at a border of K is cut."""
+    whole = toy.answer()
+    lo, hi = whole.scene.k_lo, whole.scene.k_hi.copy()
+    hi[0] = whole.choose().k[0]
+    part = replace(whole, scene=replace(whole.scene, k_hi=hi))
+    box = part.choose(np.array([0.0, 0.0, 1.0, 0.0])).safe_box
+    assert (lo <= box.lo).all() and (box.hi <= hi).all()
+
+
+def test_beside_a_robot_that_left_its_tube_no_plan_is_tested(chosen):
+    """As none is localised; it spent a look on what is not safe any more."""
+    model = line_model(4, 0.01, rests=True)
+    loop = pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), effort=PATIENT)
+    other = loop.step([9.0, 9.0], [0.0], [], lambda seen: -seen.path[:, -1, 0], at=0.0).committed
+    obstacles, spans = pj.drive.reserved(other, 0.0, chosen.model.time)
+    far = toy.answer().problem.replace(obstacles=obstacles, spans=spans)
+    one = pj.Planner(chosen.model).solve(far, KEY, toy.SETTINGS).choose()
+    assert loop.step([3.0, 3.0], [0.0], [], lambda seen: -seen.path[:, -1, 0], at=0.5).left
+    with pytest.raises(InputError, match="was seen outside of its tube since: stop"):
+        one.test(plant(toy.gusty, toy.T), KEY, n=100)
+    assert one.looks.taken == 0
 
 
 @pytest.mark.slow

@@ -123,6 +123,18 @@ def side_by_side():
     return loop, beside, one
 
 
+def test_what_was_measured_of_a_robot_in_the_way_is_named():
+    """Where more is uncertain, "for what is measured, exactly" does not stand there. And a loop can
+    be sent to worker processes, with the clock that it has by default.
+    """
+    model = line_model(4, 0.01, rests=True)
+    known = {"uncertainty": pj.Uncertainty(start=0.02), "effort": PATIENT}
+    loop = pickle.loads(pickle.dumps(pj.drive.Loop(model, 0.05, leave=0.5, given=(1,), **known)))
+    one = loop.step(np.zeros(2), [0.0], [], ahead, at=0.0).committed
+    _, (span, *_) = pj.drive.reserved(one, 0.0, model.time)
+    assert "what is measured of its k was so (k1)" in span.rests_on
+
+
 def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_path):
     """It began while the other was inside: its repr, its files and its episode said no word."""
     loop, beside, one = side_by_side()

@@ -447,6 +447,30 @@ def test_speeds_that_disagree_with_the_poses_end_in_the_stop(model):
     assert "beyond what tube" in told[1]["reason"] and (told[1]["driven"] == 0).all()
 
 
+def test_a_tube_that_was_left_is_told_though_its_action_failed_once(model):
+    """The step that raised told nothing; a monitor never heard of a run that left."""
+    faults = []
+
+    def seen(env, observation):
+        one = sense(env, observation)
+        return one._replace(pose=np.add(one.pose, [0.3, 0.0])) if faults else one
+
+    def driven(*of):
+        if faults == ["bus"]:
+            raise OSError("the bus is down")
+        return act(*of)
+
+    env = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=seen, act=driven)
+    env.reset()
+    for _ in range(2):
+        assert env.step(AHEAD * 0.7)[4]["shield"].get("left") is not True
+    faults.append("bus")
+    with pytest.raises(pj.InputError, match="the bus is down"):
+        env.step(AHEAD * 0.7)
+    faults.append("mended")
+    assert env.step(AHEAD * 0.7)[4]["shield"]["left"] is True
+
+
 def test_the_brake_goes_on_with_what_was_measured_last(model):
     """It needs speeds, and they become NaN."""
     broken = []

@@ -164,6 +164,12 @@ def test_a_pose_elsewhere_at_the_first_step_is_not_where_the_stop_was_certified(
         under_way, driven = step(start(*seen), *inside, np.zeros((1, 2)))
         assert driven.reason[0] == 3 and under_way.left[0]
         assert under_way.clearance[0] == -np.inf
+        # whatever else is not known, as in `Shield`
+        under_way, driven = step(
+            start(*seen), inside[0], np.full((1, 2), np.nan), *seen[2:], np.zeros((1, 2))
+        )
+        assert driven.reason[0] == 3 and under_way.left[0]
+        assert under_way.clearance[0] == -np.inf
         # a manoeuvre that is safe from there begins
         free = (np.full((1, 2), -3.0), *seen[1:])
         under_way, driven = step(start(*seen), *free, np.zeros((1, 2)))
