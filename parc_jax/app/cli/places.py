@@ -1,13 +1,11 @@
 """Places to write to: tried before the long work, and locked while it runs."""
 
 import contextlib
-import os
-import socket
-import sys
 import tempfile
 from collections.abc import Iterator
-from datetime import datetime
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from parc_jax.common.errors import InputError
 
@@ -51,57 +49,20 @@ def folders(path: Path) -> Iterator[None]:
                 folder.rmdir()
 
 
-try:
-    import fcntl
-except ImportError:  # Windows: no lock
-    fcntl = None
-
-
 @contextlib.contextmanager
 def held(place: Path) -> Iterator[None]:
-    """Lock a file or folder against other commands until the block exits. Raises InputError that
-    names the holder.
-
-    The lock is the operating system's, on .NAME.lock beside the place, and ends with its process,
-    however that ends; the text in the file is for people.
+    """Lock a file or folder against other commands until the block exits: by the operating system,
+    on .NAME.lock beside it, until its process ends, however that ends. Raises InputError.
     """
-    if fcntl is None:
-        yield
-        return
-    place_at = place.resolve()
-    lock = place_at.parent / f".{place_at.name}.lock"
-    with folders(lock), contextlib.closing(_locked(lock, place)) as handle:
-        # text that its holder did not remove: the process was killed, and its lock went with it
-        before = handle.read().strip()
-        if before:
-            print(f"parc-jax: {place} is taken over from {before}, which is gone.", file=sys.stderr)
-        handle.truncate(0)
-        now = datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
-        handle.write(f"process {os.getpid()} on {socket.gethostname()} since {now}\n")
-        handle.flush()
+    at = place.resolve()
+    lock = at.parent / f".{at.name}.lock"
+    with folders(lock), contextlib.ExitStack() as until:
         try:
-            yield
-        finally:
-            lock.unlink(missing_ok=True)
-
-
-def _locked(lock: Path, place: Path):
-    """The open file, locked by this process. Raises InputError."""
-    while True:
-        handle = open(lock, "a+")
-        handle.seek(0)
-        try:
-            fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            holder = handle.read().strip() or "another process"
-            handle.close()
+            until.enter_context(FileLock(lock, timeout=0))
+        except Timeout:
             raise InputError(
-                f"{place}: expected a place that nobody else writes to; it is held by {holder}. "
+                f"{place}: expected a place that nobody else writes to; another process does. "
                 "Wait for it, stop it, or name another --out."
             ) from None
-        with contextlib.suppress(FileNotFoundError):
-            # the last holder may have removed the file that was opened here; opening it a second
-            # time would give up the lock
-            if os.path.samestat(os.stat(lock), os.fstat(handle.fileno())):
-                return handle
-        handle.close()
+        until.callback(lock.unlink, missing_ok=True)
+        yield
