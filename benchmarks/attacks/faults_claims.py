@@ -333,9 +333,9 @@ CARRIED = (
     ),
     Fault(
         "windows_of_one_file_are_told_apart",
-        "freshness_of",
-        'if groups is None or not trained["recordings"]:',
-        "if False:",
+        "fresh.freshness",
+        "scores.groups is None or train.groups is None",
+        "False",
         "tests/claim/test_carried.py::test_ungrouped_windows_of_one_file_are_assumed_to_be_of_two_recordings",
     ),
     Fault(

@@ -228,6 +228,8 @@ def test_what_nobody_could_compare_is_assumed(train, held, profile):
     said = calibrate(NET, theirs, profile, eps=0.1).details()
     assert "FRESH(there were no training runs to compare with)" in said
     assert "FRESH" not in calibrate(NET, held, profile, eps=0.1).details()  # of a seed
+    said = calibrate(NET, theirs, profile, eps=0.1, train=train).details()  # in a file of 4 digits
+    assert "FRESH(copies that differ by more than 1e-05 of their size would not be reco" in said
 
 
 def test_runs_that_show_a_claim_have_no_part_in_its_K(held, profile):

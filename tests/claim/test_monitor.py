@@ -38,7 +38,7 @@ from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.independent import marks_by_k, repeated
-from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.law import FITTED, law_spec
 from parc_jax.learning.system import time_grid
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -164,6 +164,37 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
         monitor(claim, other).observe(runs)
 
 
+def test_a_log_of_a_part_of_k_is_of_another_law(claim):
+    """Where the commands outside of a smaller K were left out: a true claim was refuted."""
+    runs, small = collect(plant(exact), KEY, 60, quiet=True), box([0.5, 0.0], [1.0, 1.0])
+    logged = derived(claim, law=law_spec("file:log", runs.domain, "logged"))
+    inside, left_out = small.contains(runs.k), {FITTED: "as declared, which 30 of 60 commands miss"}
+    law = law_spec("file:log", small, "logged", left_out)
+    part = stored(runs, "logged").select(inside).replace(domain=small, law=law)
+    with pytest.raises(InputError, match=r"got k as logged, on another K\. Declare it: monitor"):
+        monitor(logged, NET).observe(part)
+    assert monitor(logged, NET, share=0.5).observe(part).seen == inside.sum()
+    whole = law_spec("file:log", box([-1.0] * 2, [2.0] * 2), "logged", left_out)
+    watch = monitor(logged, NET).observe(part.replace(domain=runs.domain, law=whole))
+    assert "K = as declared, which 30 of 60 commands miss" in watch.details()
+
+
+def test_of_a_declared_law_one_run_of_each_recording_is_looked_at(claim):
+    """It is of one run: the worst of 25, each of which leaves in 1 of 25 cases, nearly always."""
+    p = np.array((runs := collect(plant(exact), KEY, 1000, quiet=True)).p)
+    p[::25, -1] += 9.0
+    law = law_spec("file:log", runs.domain, "uniform")
+    about = {"time": runs.time, "domain": runs.domain, "law": law}
+    log = rollout_batch(runs.k, p, runs.q, groups=np.arange(1000) // 25, **about)
+    recordings = derived(claim, evidence={"rows": claim.n})
+    worst = monitor(recordings, NET).observe(log)
+    for declared in ({"share": 1.0}, {"density": 1.0}):
+        watch = monitor(recordings, NET, **declared).observe(log)
+        assert (worst.seen, worst.left, watch.seen) == (40, 40, 40) and watch.left < 9
+        assert "= 1.0, of one run drawn from each" in watch.details() and not watch.alarm
+    assert "one run drawn" not in worst.details() + monitor(claim, NET, share=1.0).details()
+
+
 def test_what_is_no_argument_of_a_monitor_is_refused(claim):
     runs, watch = collect(plant(disturbed), KEY, 5, quiet=True), monitor(claim, NET)
     for bet in (None, "a", np.nan, 2, -1, 0.0, np.array([True, False]), np.array(1), [[True], []]):
@@ -192,6 +223,8 @@ def test_a_monitor_needs_a_rate(claim):
             monitor(claim, NET, alpha=alpha)
     with pytest.raises(InputError, match="one k"):
         monitor(claim, NET, density=None)
+    with pytest.raises(InputError, match=r"got bin\. Leave it out: share=s"):
+        monitor(claim, NET, share=0.25, bin=0)  # in which no run was looked for
     with pytest.raises(InputError, match="below 1/2"):
         monitor(claim, NET, share=0.01)
     with pytest.raises(InputError, match="assumed"):
@@ -341,7 +374,8 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
-    assert f"FRESH(none is a {before} of these" in new.details()
+    copies = "FRESH(copies that differ by more than 1e-05 of their size would not be recognised"
+    assert f"{copies}; none is a {before} of these" in new.details()
     _, new = update(claim, NET, stored(collect(system, other, 60, quiet=True)), log)
     assert f"would not be recognised; none is a {before} of these" in new.details()
     del made["bins"]  # the profile has them

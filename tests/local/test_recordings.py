@@ -16,6 +16,7 @@ import parc_jax as pj
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.checker import check_answer, load, summary
 from parc_jax.common.errors import InputError
+from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
 from parc_jax.drive.local import nested, trials, validate
 from parc_jax.drive.local.nested import fixed_sequence, nested_sets
@@ -472,7 +473,30 @@ def test_training_that_is_not_recorded_is_assumed_to_differ(model):
     unknown = pj.learning.declared_claim(model.tube, "it holds", model.net, TIME)
     asked = Validate(recorded(N, 2), RISK, DELTA)
     said = pj.Planner(model.replace(claim=unknown)).solve(SCENE, KEY, toy.SETTINGS, validate=asked)
-    assert "FRESH(there were no training runs to compare with)" in said.validation.details()
+    whose = "none is a profile or training run of the claim, whose network does not say what it was"
+    assert f"FRESH({whose} trained on)" in said.validation.details()
+
+
+@pytest.mark.parametrize("kind", ["assumed", "pac"])
+def test_of_training_by_a_seed_recordings_are_assumed_to_hold_no_copy(kind):
+    """Its very runs, in a file of six digits, tested its sets, and nothing was said of them."""
+    system, kinds = plant(toy.gusty, toy.T), "training"
+    train = pj.learning.collect(system, KEY, 300, quiet=True)
+    net = pj.learning.train(train, hidden=(4,), key=KEY, seeds=1, steps=400)
+    claim = pj.learning.assumed_claim(net, train)
+    if kind == "pac":
+        held = pj.learning.collect(system, KEY, 300, Stage.BOUND, quiet=True)
+        about = {"eps": 0.05, "delta": 0.05, "bins": (1, 1)}
+        claim = pj.learning.bound_error(net, held, None, train=train, **about)
+        kinds = "calibration or training"
+    rows = np.argsort(train.k[:, 0])[:100]  # not all of the marked ones
+    runs = [np.round(x[rows].astype(float), 6) for x in (train.k, train.p, train.q)]
+    law = law_spec("file:toy", train.domain, "logged")
+    log = rollout_batch(*runs, time=train.time, domain=train.domain, law=law)
+    planner = pj.Planner(pj.learning.trajectory_model(net, claim))
+    said = planner.solve(SCENE, KEY, toy.SETTINGS, validate=Validate(log, RISK, DELTA)).validation
+    told = f"FRESH(none is a {kinds} run of the claim beside 128 of each part of these, compared by"
+    assert told in said.answer.details()
 
 
 def test_parameters_in_another_order_or_not_chosen_are_refused(model):
@@ -548,8 +572,22 @@ def test_the_law_of_recordings_says_nothing_false_of_another_k(model, lo, hi, wo
     assert words in claim.quantifier and "smallest box" not in claim.quantifier
 
 
-def test_recordings_left_out_by_a_smaller_k_are_refused(model):
+@pytest.mark.parametrize("fitted", [TO_TRAINING, "as declared, which 168 of 200 commands miss"])
+def test_recordings_left_out_by_a_smaller_k_are_refused(model, fitted):
+    """By bags that were loaded with it, none of the runs outside failed: they were left out."""
     small, runs = box([0.3, 0.3], [0.7, 0.7]), recorded(200, 14)
-    law = law_spec("file:toy", small, "logged", {FITTED: TO_TRAINING})
+    law = law_spec("file:toy", small, "logged", {FITTED: fitted})
     part = dataclasses.replace(runs.select(small.contains(runs.k)), domain=small, law=law)
-    refused(model, part, "outside the smallest box of others were left out")
+    refused(model, part, "outside of a smaller box were left out, .* domain=model.domain")
+
+
+def test_recordings_left_out_by_a_larger_k_are_told(model, tmp_path):
+    """No plan has their k, but the sentence is about all recordings of this law."""
+    runs, large = recorded(N, 2), box([-1.0] * 2, [2.0] * 2)
+    fitted = {FITTED: "as declared, which 7 of 67 commands miss"}
+    runs = runs.replace(domain=large, law=law_spec("file:toy", large, "logged", fitted))
+    asked = Validate(runs, RISK, DELTA)
+    found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=asked).validation
+    told = ", of which K is a part, K = as declared, which 7 of 67 commands miss; "
+    assert told in found.details()
+    check_answer(load(found.answer.save(tmp_path / "validated.json")))

@@ -21,7 +21,7 @@ from parc_jax.learning.bound.start_gap import ALIKE, StartTrial, invariances, of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.law import TO_TRAINING, logged_on
+from parc_jax.learning.runs.law import logged_on
 from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -123,12 +123,11 @@ def one_of_each(
             "of which training may have had a part. Pass the system."
         )
     K, shape = model.domain, shape_of(model.claim)
-    fitted = (runs.law.fitted or "").startswith(TO_TRAINING)
-    if fitted and not runs.domain.contains(np.stack([K.lo, K.hi])).all():
+    if runs.law.lacks(K):
         raise InputError(
             f"validate: expected recordings with all k of the model's K; those of {runs.name} "
-            "outside the smallest box of others were left out, and were they tested nobody "
-            "knows the result. Declare K when they are loaded: domain=box(lo, hi)."
+            "outside of a smaller box were left out, and were they tested nobody knows the "
+            "result. Load them with the K of the model: domain=model.domain."
         )
     inside = runs.select(K.contains(runs.k)).replace(domain=K, law=logged_on(runs.law, K))
     if inside.n:  # as of a calibration set: independent, and none that the K was fitted to

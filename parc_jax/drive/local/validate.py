@@ -38,12 +38,13 @@ from parc_jax.learning.bound.calibrate import BEGINS, begins, lost_among
 from parc_jax.learning.bound.claim import scene_claim
 from parc_jax.learning.bound.counts import RECORDED_IDS, NoStatement, required_runs
 from parc_jax.learning.bound.fresh import (
+    CALIBRATION,
     SEEN,
     entry_of,
-    freshness_of,
     identity_of,
     ledger_of,
     left_out_beside,
+    not_named,
 )
 from parc_jax.learning.bound.start_gap import declared_gap, trial_of
 from parc_jax.learning.model import TrajectoryModel
@@ -229,8 +230,10 @@ def _accepted_model(
         evidence |= {RECORDED_IDS: tested, "recordings": hash_of(tested)}
         evidence |= {"shape": "shape" in model.claim.evidence}
         evidence |= {"left_out": gaps} if gaps else {}
-        fresh = freshness_of(model.claim.evidence.get("training"), source.groups)
-        more = (UNSEEN, *look.ledger[1:], *fresh)
+        # runs of which the error shape is told may be those that size it
+        sized = {CALIBRATION} if "shape" in model.claim.evidence else set()
+        fresh = ", ".join(not_named(model.claim, True, sized))
+        more = (UNSEEN, *look.ledger[1:], f"FRESH({fresh})")
         about = model.claim.subject
         if about.rotation is not None and not begins(about):  # they are logged, its runs were not
             more += (BEGINS,)

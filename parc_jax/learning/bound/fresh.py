@@ -1,6 +1,6 @@
 """Freshness of a calibration set: independent runs, none of them twice, none of training."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from itertools import islice
 
 import numpy as np
@@ -184,15 +184,16 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     return uses
 
 
-def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
+def not_named(claim: ErrorClaim, logs: bool, met: Set[str] = frozenset()) -> list[str]:
     """What is assumed of other runs, which no test could tell: that they are none of a use that its
     ledger does not tell of, as a file of a network alone tells of none. logs: whether others, or
     some, are of a log; then, or where the claim's are, also no copies of those beside marked ones.
+    met: uses of which it need not be assumed.
     """
     ledger = ledger_of(claim)
     in_files = [entry for entry in ledger if entry[4] and (logs or entry[2] is None)]
     known, bare = {entry[0] for entry in ledger}, {x[0] for x in in_files if not x[5]}
-    windows = logs and claim.evidence.get("training", {}).get("recordings")
+    windows = logs and claim.evidence.get("training", {}).get("runs")
     marked = f" beside {MARKED} of each part of these, compared by content and by uniform k"
     uses = {
         ", whose network does not say what it was trained on": {TRAINING, SHAPE} - known,
@@ -200,8 +201,8 @@ def not_named(claim: ErrorClaim, logs: bool) -> list[str]:
         marked: {entry[0] for entry in in_files} - bare,
         ", nor a part of its recording by another name or number": {TRAINING} if windows else (),
     }
-    said = ((" or ".join(sorted(use)), more) for more, use in uses.items() if use)
-    return [f"none is a {use} run of the claim{more}" for use, more in said]
+    said = ((" or ".join(sorted({*use} - met)), more) for more, use in uses.items())
+    return [f"none is a {use} run of the claim{more}" for use, more in said if use]
 
 
 def named_runs(scores: Scores) -> dict[str, list]:
@@ -323,21 +324,14 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
 
 def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
     """Assumptions on freshness beyond the tests of `check_fresh`."""
-    if scores.seed is not None or (train is not None and train.seed is not None):
+    if scores.seed is not None:
         return ()
-    return freshness_of(None if train is None else names_of(train), scores.groups)
-
-
-def freshness_of(trained: dict | None, groups: np.ndarray | None) -> tuple[str, ...]:
-    """Assumptions on freshness of recordings beside the `names_of` training runs."""
-    if "ends" not in (trained or {}):
+    if train is None:
         return ("FRESH(there were no training runs to compare with)",)
-    if not trained["runs"]:
-        return ()
     said = f"copies that differ by more than {TOLERANCES.near_p:g} of their size"
-    if groups is None or not trained["recordings"]:
+    if train.seed is None and (scores.groups is None or train.groups is None):
         said = f"other windows of recordings that training saw, or {said},"
-    else:
+    elif train.seed is None:
         said += ", or parts of its recordings by another name or number,"
     return (f"FRESH({said} would not be recognised)",)
 

@@ -173,10 +173,11 @@ class Monitor(Sealed):
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
         """The monitor after the runs of the batch, one by one in order. A failed run has left the
-        tube; of a claim about recordings a group counts as one, with its worst run. Raises
-        InputError for runs without new evidence (those the claim was made from, runs or recordings
-        observed before), for another unit or law of k than the claim's, and for records that refute
-        its bound on motion. Not seen: k without names in another order than the claim's.
+        tube; of a claim about recordings a group counts as one, with its worst run, or one drawn
+        where a law of k was declared, which is of one run. Raises InputError for runs without new
+        evidence (those the claim was made from, runs or recordings observed before), for another
+        unit or law of k than the claim's, and for records that refute its bound on motion. Not
+        seen: k without names in another order than the claim's.
         """
         check_kind("observe", batch, RolloutBatch)
         left = ~inside_tube(self.claim, self.net, batch)
@@ -184,6 +185,7 @@ class Monitor(Sealed):
         require_unit(self.claim, batch)
         law, own = batch.law, self.claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
+        elsewhere |= law.lacks(self.claim.domain)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
             got = f"{law.how_drawn}{', on another K' if elsewhere else ''}"
             raise InputError(
@@ -192,7 +194,11 @@ class Monitor(Sealed):
                 "enters with probability s, 1.0 where both laws are one."
             )
         state = _with_new(self, batch)
-        for outside in worst_by_group(left, batch.groups):
+        each = worst_by_group(left, batch.groups)
+        if self.declared:  # as the law is: of one run of each, the last in a random order
+            order = np.random.default_rng(self.seen).permutation(batch.n)
+            each = left[np.argsort(order)[worst_by_group(order, batch.groups)]]
+        for outside in each:
             state = state.bet(bool(outside))
         return state
 
@@ -215,8 +221,8 @@ class Monitor(Sealed):
 
 
 def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> Monitor:
-    """A fresh monitor of a claim. law: of the driven k, as in `ErrorClaim.risk`; by default that of
-    the claim's runs.
+    """A fresh monitor of a claim. law: of the driven k, as in `ErrorClaim.risk`, but no bin, in
+    which nobody looks for them; by default that of the claim's runs.
 
     Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
     supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
@@ -224,6 +230,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     """
     check_network(claim, net)
     alpha = float(as_probability("alpha", alpha))
+    if "bin" in law:
+        raise InputError("monitor: expected share or density; got bin. Leave it out: share=s.")
     risk = claim.risk(**law or {"share": claim.claimed_share})
     if isinstance(risk, NoStatement):
         raise InputError(f"monitor: expected a claim with a probability; {risk.reason}.")
@@ -234,7 +242,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     start, told = np.zeros(_BETS), ", ".join(f"{name} = {value}" for name, value in law.items())
-    declared = f"k as declared: {told}" if law else ""
+    one = ", of one run drawn from each" if claim.unit != RUNS else ""
+    declared = f"k as declared: {told}{one}" if law else ""
     return Monitor(claim, net, rate, alpha, bets, start, declared=declared, of=claim.hash)
 
 

@@ -92,6 +92,11 @@ class LawSpec:
         """Runs that K was fitted to, or that a declared K left out, in words; None for neither."""
         return dict(self.parameters).get(FITTED)
 
+    def lacks(self, K: Box) -> bool:
+        """Were runs left out of these whose k may lie in K?"""
+        whole = box(hex_floats(self.lo), hex_floats(self.hi))
+        return not (self.fitted in (None, TO_ALL) or whole.contains([K.lo, K.hi]).all())
+
     @property
     def cut(self) -> Premises:
         """How its runs were cut out of what was logged; none where nobody says."""
@@ -133,7 +138,7 @@ def logged_on(law: LawSpec, K: Box) -> LawSpec:
     """The law of recordings for plans of a K that need not be theirs, nor a part of it."""
     if (tuple(hex_text(K.lo)), tuple(hex_text(K.hi))) == (law.lo, law.hi):
         return law
-    law = replace(law, parameters=tuple(pair for pair in law.parameters if pair[0] != FITTED))
+    law = replace(law, parameters=tuple(x for x in law.parameters if x != (FITTED, TO_ALL)))
     if box(hex_floats(law.lo), hex_floats(law.hi)).contains(np.stack([K.lo, K.hi])).all():
         return told_of_part(law)
     return law_spec(law.generator, K, "logged", dict(law.parameters))
