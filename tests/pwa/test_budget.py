@@ -18,7 +18,6 @@ NET, DOMAIN = random_network(3, [12, 12], seed=1), unit_box(3)
             {"max_regions": 50},
             r"max_regions = 50 regions, with \d+ of 30 hyperplanes cut, \d+ regions",
         ),
-        ({"max_seconds": 0.0}, r"max_seconds = 0 s"),
         ({"max_bytes": 100_000}, r"max_bytes = 100000"),
     ],
 )

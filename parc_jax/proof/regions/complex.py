@@ -7,7 +7,6 @@ vertex carries, beside its floats, its exact sign at every hyperplane so far; th
 """
 
 import os
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -242,44 +241,26 @@ MAX_FACES = 2**29
 
 
 class Budget:
-    """Caps on regions, seconds and bytes of one enumeration, which end in a message and not in
-    swap; checked after every cut, seconds also between exact evaluations.
-    """
+    """Caps on regions and bytes of one enumeration, which end in a message and not in swap."""
 
-    def __init__(self, regions: int, seconds: float, memory: int | None, n_columns: int):
-        self.regions = regions
-        self.seconds = seconds
+    def __init__(self, regions: int, memory: int | None, n_columns: int):
         if memory is None and hasattr(os, "sysconf"):  # half of the machine's
             memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
         self.memory = 4 << 30 if memory is None else memory  # Windows does not tell
-        self.n_columns = n_columns
-        self.start = time.perf_counter()
-        self.column = 0
-        self.found = 1
+        self.regions, self.n_columns = regions, n_columns
 
     def check(self, lattice: Complex, column: int) -> None:
         """Called when `column` hyperplanes are cut. Raises BudgetError."""
-        self.column = column
-        self.found = lattice.n_cells
-        if self.found > self.regions:
-            self._stop(f"more than max_regions = {self.regions} regions")
-        if max(lattice.count(k) for k in range(lattice.n + 1)) > MAX_FACES:
-            self._stop(f"more than {MAX_FACES} faces of one dimension")
-        if PEAK * lattice.nbytes > self.memory:
-            self._stop(
-                f"may need more than max_bytes = {self.memory} ({PEAK} x {lattice.nbytes} held)"
+        needed = PEAK * lattice.nbytes
+        caps = {
+            f"more than max_regions = {self.regions} regions": lattice.n_cells > self.regions,
+            f"more than {MAX_FACES} faces of one dimension": MAX_FACES
+            < max(lattice.count(k) for k in range(lattice.n + 1)),
+            f"may need more than max_bytes = {self.memory} ({needed})": needed > self.memory,
+        }
+        for why in (words for words, passed in caps.items() if passed):
+            raise BudgetError(
+                f"enumerate_regions: {why}, with {column} of {self.n_columns} hyperplanes cut, "
+                f"{lattice.n_cells} regions. Nothing is returned, since a part would not cover "
+                "the domain. Shrink the domain or the network, or raise the cap."
             )
-        self.check_time()
-
-    def check_time(self) -> None:
-        """Raises BudgetError when the time is up."""
-        if time.perf_counter() - self.start > self.seconds:
-            self._stop(f"more than max_seconds = {self.seconds:g} s")
-
-    def _stop(self, why: str) -> None:
-        seconds = time.perf_counter() - self.start
-        raise BudgetError(
-            f"enumerate_regions: {why}, with {self.column} of {self.n_columns} hyperplanes cut, "
-            f"{self.found} regions, {seconds:.1f} s. Nothing is returned, since a part would not "
-            "cover the domain. Shrink the domain or the network, or raise the cap."
-        )

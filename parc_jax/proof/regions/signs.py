@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from parc_jax.proof.regions.complex import Budget, Complex, Sign
+from parc_jax.proof.regions.complex import Complex, Sign
 from parc_jax.proof.regions.cut import Hyperplane
 from parc_jax.proof.regions.exact import ExactNetwork, sign_of
 from parc_jax.proof.regions.rounding import LayerBound, cell_gradients, layer_bound
@@ -22,11 +22,10 @@ class SignOracle:
     n_signs: signs decided.
     """
 
-    def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float, budget: Budget):
+    def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float):
         self.lattice = lattice
         self.exact = exact
         self.delta = delta
-        self.budget = budget
         self.points: dict[int, tuple[list[int], int]] = {}
         self.n_exact = 0
         self.n_repaired = 0
@@ -104,7 +103,6 @@ class SignOracle:
         """Exact codes of the layer at vertex v; its floats are replaced by rounded exact ones."""
         if v in self.rows:
             return self.rows[v]
-        self.budget.check_time()
         n_rows = len(self.exact.rows)
         plus, zero = self.lattice.bits.at(v, n_columns)
         on, zero = np.zeros(self.exact.first_neuron[-1], bool), np.flatnonzero(zero)

@@ -31,7 +31,6 @@ def enumerate_regions(
     domain: Box,
     *,
     max_regions: int = 2_000_000,
-    max_seconds: float = 3600.0,
     max_bytes: int | None = None,
 ) -> RegionTable:
     """All full-dimensional linear regions of `net` over `domain`, proved complete [T16, T17].
@@ -50,15 +49,15 @@ def enumerate_regions(
         )
     unit = unit_problem(net, domain)
     n_columns = len(unit.b) + sum(net.hidden)  # the rows of the box, the neurons
-    budget = Budget(max_regions, max_seconds, max_bytes, n_columns)
+    budget = Budget(max_regions, max_bytes, n_columns)
     lattice = box_complex(unit.lo, unit.hi, n_columns)
     exact = ExactNetwork(unit.A, unit.b, unit.weights, unit.biases)
-    oracle = SignOracle(lattice, exact, point_rounding(net.n_in, n_columns), budget)
-    _cut_layers(oracle, unit)
+    oracle = SignOracle(lattice, exact, point_rounding(net.n_in, n_columns))
+    _cut_layers(oracle, unit, budget)
     return build_table(net, domain, unit, oracle)
 
 
-def _cut_layers(oracle: SignOracle, unit: UnitProblem) -> None:
+def _cut_layers(oracle: SignOracle, unit: UnitProblem, budget: Budget) -> None:
     lattice = oracle.lattice
     column = len(oracle.exact.rows)
     # of the inputs themselves: exact floats with unit gradients
@@ -75,6 +74,6 @@ def _cut_layers(oracle: SignOracle, unit: UnitProblem) -> None:
                 lattice.compact()
             lattice.bits.mark(column, codes)  # after the cut, whose new vertices are zero here
             column += 1
-            oracle.budget.check(lattice, column)
+            budget.check(lattice, column)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
         h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)
