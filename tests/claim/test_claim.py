@@ -100,7 +100,7 @@ def test_per_bin_risk_uses_the_bin_and_its_share():
 
 def test_a_share_in_decimals_of_a_bin_is_the_smaller_one():
     """Of 0.2 of K, whose edges are floats: "expected a share in (0, 0.2]; got 1/5"."""
-    whole = Fraction(1, 5) - Fraction(1, 10**17)
+    whole = Fraction(1, 5) - Fraction(1, 10**18)
     c = claim(bin_eps=(Fraction(1, 100), None), evidence={"bin_share": [str(whole), "4/5"]})
     assert c.risk(share=0.2, bin=0).bound == Fraction(1, 100)
     assert c.risk(share=0.1, bin=0).bound == Fraction(1, 10) * whole
