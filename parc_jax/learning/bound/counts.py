@@ -60,7 +60,7 @@ def required_runs(eps: float, delta: float, discard: int = 0) -> int:
     while wrong_claim_probability(high, eps, discard) > delta:
         high *= 2
     if high > 2**62:  # near the end of a range
-        raise InputError(f"eps: expected one that fewer than 2^61 runs show; got {eps:g}.")
+        raise InputError(f"eps: expected one that fewer than 2^61 runs show; got {eps}.")
     return discard + bisect_left(
         range(discard, high), True, key=lambda n: wrong_claim_probability(n, eps, discard) <= delta
     )
