@@ -7,11 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-import parc_jax as pj
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.tube import tube
-from parc_jax.learning.runs.law import law_spec
 
 EDGES = [[0.0, 1.0, 3.0], [0.0, 0.5, 1.0, 2.0]]
 
@@ -26,14 +24,6 @@ def test_one_infinite_width_takes_the_claim_from_its_bin():
     t = tube(EDGES, interval, final)
     assert t.claimed.tolist() == [True, True, False, True, False, True]
     assert np.isinf(t.interval[2]).all()
-
-
-def test_a_zero_has_no_sign_in_k():
-    minus = [[-0.0, 1.0, 3.0], EDGES[1]]
-    t = tube(minus, *widths())
-    assert t.hash == tube(EDGES, *widths()).hash and not t.edges[0].flags.writeable
-    laws = [law_spec("a", pj.box([zero, -1.0], [1.0, zero])) for zero in (0.0, -0.0)]
-    assert laws[0].hash == laws[1].hash
 
 
 def test_bad_widths_are_refused():

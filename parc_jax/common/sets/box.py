@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, read_only
+from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import exact
 
@@ -58,4 +58,4 @@ def box(lo, hi) -> Box:
             f"box: expected lo <= hi in every axis; axis {axis} has lo = {lo[axis]:g} > hi = "
             f"{hi[axis]:g}. Swap the two corners?"
         )
-    return Box(read_only(lo + 0.0), read_only(hi + 0.0))  # no -0.0: its text and hash are others
+    return Box(lo, hi)

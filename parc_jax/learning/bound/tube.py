@@ -8,7 +8,7 @@ import numpy.typing as npt
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.common import struct
-from parc_jax.common.arrays import as_float64, content_hash, read_only
+from parc_jax.common.arrays import as_float64, content_hash
 from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, Indices
 from parc_jax.common.spelling import counted, hex_floats, hex_text
@@ -216,7 +216,7 @@ def tube(
             f"tube: expected interval errors of {n_points} points with equally many axes and final "
             f"errors that begin with theirs; got {n_c} and {final.shape[1]} columns."
         )
-    return Tube(tuple(read_only(e + 0.0) for e in edges), interval, final, n_points)  # no -0.0
+    return Tube(edges, interval, final, n_points)
 
 
 def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tube:
