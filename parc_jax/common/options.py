@@ -8,9 +8,11 @@ import functools
 import inspect
 import itertools
 import textwrap
+from collections.abc import Collection
 from typing import Self
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.spelling import listed
 
 
 class Options:
@@ -34,6 +36,13 @@ class Options:
                 f"settings: expected fields among {', '.join(known)}; got {unknown[0]!r}."
             )
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+
+def refuse_unused(record: Options, names: Collection[str], why: str, told: Collection[str]) -> None:
+    """Refuse fields that would change nothing, told or not as by default. Raises InputError."""
+    own, usual = vars(record), vars(type(record)())
+    if given := [x for x in names if x in told or repr(own[x]) != repr(usual[x])]:
+        raise InputError(f"{listed(given)}: expected no such option {why}. Leave it out.")
 
 
 def part_of(record: Options, kind: type) -> dict:

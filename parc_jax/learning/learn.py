@@ -14,7 +14,7 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, as_key, folded, key_data, stream
-from parc_jax.common.options import part_of
+from parc_jax.common.options import part_of, refuse_unused
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.counts import (
     MOST,
@@ -26,12 +26,12 @@ from parc_jax.learning.bound.counts import (
 from parc_jax.learning.bound.fresh import SHAPE
 from parc_jax.learning.bound.pipeline import (
     NEW_RUNS,
+    RECORDED,
     STORED,
     HeldRuns,
     SystemRuns,
     bound_errors,
     learn_profile,
-    refuse_unused,
     runs_ahead,
 )
 from parc_jax.learning.bound.settings import BoundSettings, ModelBound
@@ -119,8 +119,8 @@ def learn(
     """
     settings = (settings or (Learning() if prior is None else WITH_PRIOR)).replace(**options)
     if isinstance(source, RolloutBatch):
-        of_a_prior = ("rollouts",) * (prior is None)
-        refuse_unused(options, of_a_prior + NEW_RUNS, "with recorded runs, all of which are used")
+        refuse_unused(settings.bound, NEW_RUNS, RECORDED, options)
+        refuse_unused(settings, ("rollouts",) * (prior is None), RECORDED, options)
     for name, asked in (("plant", settings.plant), ("body", settings.body)):
         if asked not in (None, getattr(source, name, None)):
             raise InputError(

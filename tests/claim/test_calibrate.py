@@ -26,7 +26,12 @@ from parc_jax.learning.bound.declared import assumed_claim
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
-from parc_jax.learning.bound.settings import AccelerationBound, ModelBound, SpeedBound
+from parc_jax.learning.bound.settings import (
+    AccelerationBound,
+    BoundSettings,
+    ModelBound,
+    SpeedBound,
+)
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.learning.runs import collect as rolling
 from parc_jax.learning.runs.collect import collect
@@ -177,6 +182,30 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
             refused()
     with pytest.raises(InputError, match=r"^looks: expected a whole number >= 1"):
         calibrate(NET, holdout, profile, eps=1e-2, looks=discard)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"gap": 0.3},
+        {"bins": (3, 3)},
+        {"bins": [np.linspace(0, 1, 3)] * 2},
+        {"claims": ("bins",)},
+        {"shape": "fitted"},
+        {"fresh": 60},
+        {"profile_runs": 10},
+        {"blocks": (2, 1)},
+    ],
+    ids=lambda options: next(iter(options)),
+)
+def test_what_a_calibration_would_not_use_is_refused(holdout, profile, options):
+    for make in (calibrate, *[calibrate_bins] * ("blocks" not in options)):
+        for call in (
+            lambda make=make: make(NET, holdout, profile, **options),
+            lambda make=make: make(NET, holdout, profile, BoundSettings(**options)),
+        ):
+            with pytest.raises(InputError, match="expected no such option with runs and a profile"):
+                call()
 
 
 def test_time_between_records_is_declared_and_added(holdout, profile):

@@ -98,6 +98,19 @@ def test_per_bin_risk_uses_the_bin_and_its_share():
     assert isinstance(none.risk(density=2.0, claimed=True), NoStatement)
 
 
+def test_a_share_in_decimals_of_a_bin_is_the_smaller_one():
+    """Of 0.2 of K, whose edges are floats: "expected a share in (0, 0.2]; got 1/5"."""
+    whole = Fraction(1, 5) - Fraction(1, 10**18)
+    c = claim(bin_eps=(Fraction(1, 100), None), evidence={"bin_share": [str(whole), "4/5"]})
+    assert c.risk(share=0.2, bin=0).bound == Fraction(1, 100)
+    assert c.risk(share=0.1, bin=0).bound == Fraction(1, 10) * whole
+    for share in (0.2 * (1 + 1e-8), 0.5, 1.5):
+        with pytest.raises(InputError, match=r"a share up to 0\.2, of bin 0; got"):
+            c.risk(share=share, bin=0)
+    with pytest.raises(InputError, match="share"):
+        c.risk(share=0, bin=0)
+
+
 def test_without_a_finite_tube_there_is_no_claim():
     none = claim(tube=tube(TUBE.edges, TUBE.interval * np.inf, TUBE.final), evidence={"failed": 3})
     assert none.details().startswith("No claim: 3 of 6,905")

@@ -1,6 +1,7 @@
 """How many runs a claim costs: against the published table and against exact rationals."""
 
 import re
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import comb
 from pathlib import Path
@@ -65,6 +66,32 @@ def test_the_supported_eps_is_supported_and_nearly_the_smallest(n, discard):
         <= Fraction(1, 1000)
         < exact_tail(n, eps * (1 - Fraction(1, 10**4)), discard)
     )
+
+
+def decimal_tail(n, eps, discard):
+    with localcontext(prec=60):
+        eps = Decimal(eps)
+        part = whole = (1 - eps) ** n
+        for i in range(1, discard + 1):
+            part *= (n - i + 1) * eps / (i * (1 - eps))
+            whole += part
+        return whole
+
+
+@pytest.mark.parametrize(("n", "eps", "discard"), [(5, 0.3, 2), (315_315_000, 1e-5, 3000)])
+def test_the_tail_of_many_runs_is_never_on_the_small_side(n, eps, discard):
+    exact = float(decimal_tail(n, eps, discard))
+    assert exact <= wrong_claim_probability(n, eps, discard) <= exact * (1 + 2e-7)
+
+
+def test_rare_runs_take_more_than_an_integer_of_c():
+    n = required_runs(1e-8, 1e-6, 5)
+    assert n > 2**31
+    assert decimal_tail(n, 1e-8, 5) <= Decimal("1e-6") < decimal_tail(n - 1000, 1e-8, 5)
+    for discard in (0, 1):
+        assert required_runs(1e-16, 1e-6, discard) > 2**50
+        with pytest.raises(InputError, match=r"^eps: expected one that fewer than 2\^61 runs show"):
+            required_runs(1e-20, 1e-6, discard)
 
 
 def test_most_discards_is_the_inverse_of_required_runs():

@@ -294,7 +294,7 @@ def test_of_bins_without_a_claim_nothing_is_bet_and_no_share_reaches_into_them(c
     shown = {"tube": tube(edges, *halves), "bin_eps": bin_eps, "evidence": evidence}
     shown |= {"quantifier": f"{words} that bin"}
     open_one = derived(claim, **shown)
-    assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(3, 5)
+    assert open_one.risk(share=0.6).bound == open_one.eps / Fraction(0.6)  # the smaller share
     with pytest.raises(InputError, match=r"a share up to 0\.6, of bins claimed"):
         open_one.risk(share=1.0)
     with pytest.raises(InputError, match=r"up to 0\.6, of bins claimed; got 0\.60000013\."):

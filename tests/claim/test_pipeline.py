@@ -16,8 +16,8 @@ from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import check_claim
 from parc_jax.learning.bound.counts import most_discards
 from parc_jax.learning.bound.pipeline import learn_profile, update
-from parc_jax.learning.bound.settings import ModelBound
-from parc_jax.learning.learn import learn_report
+from parc_jax.learning.bound.settings import BoundSettings, ModelBound
+from parc_jax.learning.learn import Learning, learn_report
 from parc_jax.learning.runs.collect import collect
 
 KEY = jax.random.PRNGKey(5)
@@ -56,13 +56,31 @@ def test_options_that_would_change_nothing_are_refused():
     for call in (
         lambda: asked(NET, held, None, fresh=20, **made),
         lambda: asked(NET, held, None, profile=tube, bins=(2, 2), **made),
+        lambda: asked(NET, held, None, BoundSettings(fresh=70), **made),
+        lambda: asked(NET, held, None, BoundSettings(profile_runs=3000), **made),
+        lambda: asked(NET, held, None, BoundSettings(bins=(2, 2)), profile=tube, **made),
         lambda: pj.learn(log, KEY, rollouts=50),
+        lambda: pj.learn(log, KEY, settings=Learning(rollouts=50)),
+        lambda: pj.learn(log, KEY, settings=Learning(bound=ModelBound(fresh=50))),
         lambda: pj.learn(log, KEY, "twist", profile_runs=50),
     ):
         with pytest.raises(InputError, match="expected no such option with"):
             call()
     with pytest.raises(InputError, match=r'blocks: expected claims=\("bins",\)'):
         asked(NET, held, None, bins=(2, 2), blocks=(2, 1), **made)
+
+
+def test_a_claim_by_blocks_may_be_updated_to_one_over_k():
+    held, train, fresh = (
+        collect(plant(noisy), jax.random.PRNGKey(seed), 300, stage, quiet=True)
+        for seed, stage in ((0, Stage.BOUND), (0, Stage.TRAIN), (1, Stage.BOUND))
+    )
+    made = {"eps": 0.1, "delta": 0.1, "train": train, "bins": (2, 2)}
+    claim = pj.learning.bound_error(NET, held, None, claims=("bins",), blocks=(2, 1), **made)
+    assert update(claim, NET, train, fresh)[1].evidence["blocks_asked"] == [2, 1]
+    assert update(claim, NET, train, fresh, claims=("one",))[1].bin_eps is None
+    with pytest.raises(InputError, match=r'blocks: expected claims=\("bins",\)'):
+        update(claim, NET, train, fresh, claims=("one",), blocks=(2, 1))
 
 
 def test_python_and_shell_make_the_same_claim(tmp_path):

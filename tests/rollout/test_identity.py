@@ -4,16 +4,25 @@ import array
 import collections
 import enum
 import functools
+import itertools
+import logging
+import operator
+import os
 import subprocess
 import sys
 import textwrap
+import threading
 import types
 import typing
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import interpolate, signal, stats
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 from synthetic_plants import straight_network
 
 import parc_jax as pj
@@ -167,6 +176,23 @@ def test_stored_runs_of_an_edited_program_are_refused(kind, tmp_path):
         pj.learning.collect(of_program(other), KEY, 4, **store)
 
 
+TABLE = """
+from scipy.interpolate import PchipInterpolator
+G = PchipInterpolator([0, 1, 2, 3, 4], [1, 1, 1, 1, {}])
+def goes(k): return G(k[0]) * k
+"""
+
+
+def test_stored_runs_of_another_table_of_a_library_are_refused(tmp_path):
+    """It holds its numbers in private attributes; the run that is made again does not see them."""
+    store = {"path": tmp_path / "runs.npz", "quiet": True}
+    for _ in range(2):
+        pj.learning.collect(of_program(TABLE.format(1)), KEY, 4, **store)
+    with pytest.raises(InputError, match="expected the same attribute simulate"):
+        pj.learning.collect(of_program(TABLE.format(2)), KEY, 4, **store)
+
+
+SKIPS = "import pytest; pytest.skip('no camera', allow_module_level=True)"
 IMPORTED = {
     "as it runs": "def goes(k):\n    import {0}\n    return {0}.GAIN * k",
     "a name of it": "def goes(k):\n    from {0} import GAIN\n    return GAIN * k",
@@ -197,6 +223,24 @@ def test_stored_runs_of_a_changed_module_are_refused(how, change, tmp_path, monk
         (folder / f"{name}.py").write_text(text.replace("1.0", "1.0 + 1.0"))
     with pytest.raises(InputError, match="expected the same attribute simulate"):
         pj.learning.collect(of_program(source), KEY, 4, **store)
+
+
+@pytest.mark.parametrize("ends", ["import sys; sys.exit('elsewhere')", SKIPS], ids=["exit", "skip"])
+def test_a_module_that_ends_programs_where_no_run_imports_it_ends_none(ends, tmp_path, monkeypatch):
+    name = f"ends_by_{len(ends)}"
+    (tmp_path / f"{name}.py").write_text(ends)
+    monkeypatch.syspath_prepend(tmp_path)
+    source = f"def goes(k):\n    if k is None:\n        import {name}\n    return 1.0 * k"
+    store = {"path": tmp_path / "runs.npz", "quiet": True}
+    for _ in range(2):
+        assert pj.learning.collect(of_program(source), KEY, 4, **store).n == 4
+
+
+def test_an_interrupt_while_a_module_is_loaded_is_one(tmp_path, monkeypatch):
+    (tmp_path / "interrupted.py").write_text("raise KeyboardInterrupt")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        whole_digest(of_program("def goes(k):\n    import interrupted\n    return k").simulate)
 
 
 def test_a_module_that_a_rollout_imports_counts(monkeypatch):
@@ -299,6 +343,100 @@ def test_a_value_that_keeps_its_text_once_it_has_told_it_is_the_same():
     assert repr(box) and whole_digest(box) == before
 
 
+X = np.arange(6.0)
+BODY = "<mujoco><worldbody><body><joint/><geom size='{}'/></body></worldbody></mujoco>"
+
+
+def body(size):
+    return pytest.importorskip("mujoco").MjModel.from_xml_string(BODY.format(size))
+
+
+def stepped(model):
+    mujoco = pytest.importorskip("mujoco")
+    mujoco.mj_step(model, mujoco.MjData(model))
+
+
+# makers of objects of libraries by a number, and what uses one
+TABLES = {
+    "cubic": (lambda n: interpolate.CubicSpline(X, n * X**2), lambda f: f(2.5)),
+    "pchip": (lambda n: interpolate.PchipInterpolator(X, n * X**2), lambda f: f(2.5)),
+    "b-spline": (lambda n: interpolate.make_interp_spline(X, n * X**2), lambda f: f(2.5)),
+    "fitpack": (lambda n: interpolate.UnivariateSpline(X, n * X**2), lambda f: f.integral(0, 1)),
+    "grid": (
+        lambda n: interpolate.RegularGridInterpolator((X, X), n * np.outer(X, X)),
+        lambda f: f([[1.0, 1.5]]),
+    ),
+    "rotation": (lambda n: Rotation.from_euler("z", n), lambda r: r.as_matrix()),
+    "tree": (lambda n: KDTree(np.c_[X, n * X]), lambda tree: tree.query([0, 1])),
+    "system": (lambda n: signal.lti([1.0], [1.0, n]), lambda system: system.step()),
+    "states": (
+        lambda n: signal.StateSpace([[-n]], [[1.0]], [[1.0]], [[0.0]]),
+        lambda s: s.to_discrete(0.1),
+    ),
+    "law": (lambda n: stats.norm(0, n), lambda law: law.cdf(0.0)),
+    "item": (operator.itemgetter, repr),
+    "attribute": (lambda n: operator.attrgetter(f"of_{n}"), repr),
+    "method": (lambda n: operator.methodcaller("f", n), repr),
+    "generator": (np.random.default_rng, repr),
+    "count": (itertools.count, repr),
+    "mask": (lambda n: np.ma.array([1.0, 2.0], mask=[0, n - 1]), lambda x: x.mean()),
+    "model": (body, stepped),
+}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_all_of_an_object_of_a_library_counts_and_no_use_of_it(kind):
+    make, use = TABLES[kind]
+
+    def told(x):
+        return identity_of(types.SimpleNamespace(**vars(Plain), law=None, of=x))["attribute of"]
+
+    one = make(1)
+    before = told(one)
+    use(one)
+    assert told(make(1)) == told(one) == before != told(make(2))
+
+
+def test_what_a_run_fills_is_no_content():
+    mujoco = pytest.importorskip("mujoco")
+    model, data = body(1), mujoco.MjData(body(1))
+    log, held = logging.getLogger("of a robot"), threading.Event()
+
+    def told():
+        system = Plain()
+        system.of = [data, held, log, np.random.normal, stats.norm]
+        return identity_of(system)
+
+    before = told()
+    mujoco.mj_step(model, data)
+    held.set()
+    log.info("a run")
+    np.random.normal()  # noqa: NPY002
+    assert told() == before
+
+
+@pytest.mark.slow
+def test_tables_of_libraries_are_the_same_in_another_process():
+    code = (
+        "import test_identity as of\n"
+        "from parc_jax.learning.systems.content import Reader\n"
+        "print(*(Reader(lasting=True).digest(make(1)) for make, _ in of.TABLES.values()))\n"
+        "print(Reader(lasting=True).digest([of.stats.norm, of.np.random.normal]))"
+    )
+    told = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=Path(__file__).parent,
+            env=os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)},
+            capture_output=True,
+            check=True,
+            text=True,
+        ).stdout
+        for seed in "12"
+    }
+    assert len(told) == 1 and len(told.pop().split()) == len(TABLES) + 1
+
+
 class Side(enum.IntFlag):
     """Members reach each other by their class; all fall into one place of a set."""
 
@@ -354,8 +492,6 @@ def test_the_identity_outlives_the_process(tmp_path):
             "import robot; from parc_jax.learning.runs.law import identity_of\n"
             "print(json.dumps(identity_of(robot.Robot())))"
         )
-        import os
-
         out = subprocess.run(
             [sys.executable, "-c", code, str(tmp_path)],
             env=os.environ | {"PYTHONHASHSEED": str(seed), "JAX_PLATFORMS": "cpu"},

@@ -7,6 +7,7 @@ import numpy as np
 
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, check_count
+from parc_jax.common.options import refuse_unused
 from parc_jax.common.spelling import counted, hex_text, rounded_up
 from parc_jax.learning.bound.bins import block_shares
 from parc_jax.learning.bound.claim import ErrorClaim, error_claim
@@ -33,6 +34,8 @@ from parc_jax.learning.runs.law import LOG, Subject
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
 _SHOWN = 32  # largest scores kept as evidence
+OF_RUNS = ("shape", "fresh", "profile_runs", "gap", "bins", "claims")  # not of a calibration
+CALIBRATED = "with runs and a profile, about which one claim is made"
 BEGINS = "BEGINS_WITH_HEADING_0"
 
 
@@ -58,6 +61,7 @@ def calibrate(
     for repeated runs and near copies.
     """
     settings = (settings or BoundSettings()).replace(**options)
+    refuse_unused(settings, (*OF_RUNS, "blocks"), CALIBRATED, options)
     scores = _scored(net, profile, holdout)
     check_fresh(scores, train)
     eps, delta = as_probability("eps", settings.eps), as_probability("delta", settings.delta)
@@ -238,6 +242,7 @@ def calibrate_bins(
     and `blocks`; discard counts per claim. Raises InputError.
     """
     settings = (settings or BoundSettings()).replace(**options)
+    refuse_unused(settings, OF_RUNS, CALIBRATED, options)
     scores = _scored(net, profile, holdout)
     check_fresh(scores, train)
     if scores.groups is not None:

@@ -203,27 +203,24 @@ class ErrorClaim(Sealed):
         both = zip(block_shares(self.tube.edges, bins), self.bin_eps, strict=True)
         return sum((share for share, eps in both if eps is not None), Fraction(0))
 
-    def _risk_within(
-        self, share: float | Fraction, bin: int | None, shift: float
-    ) -> Risk | NoStatement:
+    def _risk_within(self, share: Fraction, bin: int | None, shift: float) -> Risk | NoStatement:
         """Of k drawn by the claim's law within a set, which may lie in one bin."""
         if self.bin_eps is None:
             return risk_of(self.eps, self.delta, density_of_share(share), shift)
-        claimed = [eps for eps in self.bin_eps if eps is not None]
         if bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
-            most = float(self.claimed_share)
-            if float(share) > most * (1 + ROUNDED):
-                raise InputError(
-                    f"risk: expected a share up to {exact(most)}, of bins claimed; got "
-                    f"{exact(float(share))}."
-                )
-            return risk_of(max(claimed), self.delta, density_of_share(share), shift)
-        if self.bin_eps[bin] is None:
+            eps, most = max(eps for eps in self.bin_eps if eps is not None), self.claimed_share
+        elif (eps := self.bin_eps[bin]) is None:
             return NoStatement(f"bin {bin} holds too few runs: no claim")
-        if self.evidence["bin_share"] is None:
+        elif self.evidence["bin_share"] is None:
             return NoStatement("how probable this bin is by the law of k is not known")
-        whole = Fraction(self.evidence["bin_share"][bin])
-        return risk_of(self.bin_eps[bin], self.delta, density_of_share(share, whole), shift)
+        else:
+            most = Fraction(self.evidence["bin_share"][bin])
+        if share > most * (1 + Fraction(ROUNDED)):
+            place = "bins claimed" if bin is None else f"bin {bin}"
+            up_to = f"risk: expected a share up to {exact(float(most))}, of {place}"
+            raise InputError(f"{up_to}; got {exact(float(share))}.")
+        whole = Fraction(1) if bin is None else most
+        return risk_of(eps, self.delta, density_of_share(min(share, most), whole), shift)
 
 
 def error_claim(**fields) -> ErrorClaim:

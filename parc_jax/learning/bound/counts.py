@@ -17,7 +17,7 @@ MOST = "most"  # discards: as many as the runs, eps and delta allow
 
 # covers the rounding of the binomial tail and its inverse; always towards more runs or a larger eps
 _OUTWARD = 1.0 + 1e-9
-# the same of scipy's tail with discards, which is off by 4e-9 of itself at a million runs
+# the same of scipy's tail with discards, which is off by 1e-11 of itself
 _TAIL_OUTWARD = 1.0 + 1e-7
 FEW = 500  # trials, whose tail is summed here: scipy takes longer to load than a first query
 SURE = 0.9  # probability, by what the training runs show, that so many discards suffice
@@ -48,9 +48,9 @@ def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
     if discard == 0:
         return min(1.0, math.exp(n * math.log1p(-eps)) * _OUTWARD)
 
-    from scipy.special import bdtr  # slower to load than much of what asks
+    from scipy.special import betaincc  # slower to load than much of what asks
 
-    return min(1.0, float(bdtr(float(discard), n, eps)) * _TAIL_OUTWARD)
+    return min(1.0, float(betaincc(discard + 1, n - discard, eps)) * _TAIL_OUTWARD)
 
 
 def required_runs(eps: float, delta: float, discard: int = 0) -> int:
@@ -59,6 +59,8 @@ def required_runs(eps: float, delta: float, discard: int = 0) -> int:
     high = max(2 * discard, 16)
     while wrong_claim_probability(high, eps, discard) > delta:
         high *= 2
+    if high > 2**62:  # near the end of a range
+        raise InputError(f"eps: expected one that fewer than 2^61 runs show; got {eps}.")
     return discard + bisect_left(
         range(discard, high), True, key=lambda n: wrong_claim_probability(n, eps, discard) <= delta
     )

@@ -6,9 +6,10 @@ the same makes a new claim from new data.
 """
 
 import itertools
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -16,9 +17,9 @@ import numpy as np
 
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.keys import Stage, as_key
-from parc_jax.common.spelling import listed
+from parc_jax.common.options import refuse_unused
 from parc_jax.learning.bound.bins import Bins, block_shares
-from parc_jax.learning.bound.calibrate import block_of_bins, calibrate, calibrate_bins
+from parc_jax.learning.bound.calibrate import OF_RUNS, block_of_bins, calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import ErrorClaim, check_network, derived
 from parc_jax.learning.bound.counts import MOST, as_probability, required_runs
 from parc_jax.learning.bound.edges import choose_edges
@@ -45,6 +46,7 @@ from parc_jax.learning.system import System, check_system
 
 STORED = np.float32  # positions of many runs: half the memory, 2^-24 of them in every error
 NEW_RUNS = ("profile_runs", "fresh")  # options that ask for runs of a system
+RECORDED = "with recorded runs, all of which are used"
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,13 +139,13 @@ def bound_error(
     settings = (asked or BoundSettings()).replace(**options)
     recorded = isinstance(system, RolloutBatch)
     if recorded:
-        refuse_unused(options, NEW_RUNS, "with recorded runs, all of which are used")
+        refuse_unused(settings, NEW_RUNS, RECORDED, options)
     else:
         check_system(system)
         as_key(key)
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
-        refuse_unused(options, ("bins", "shape", "profile_runs"), "with a profile, which has them")
+        refuse_unused(settings, ("bins", "shape", "profile_runs"), "with a given profile", options)
     if recorded:
         if train is None:
             raise InputError(
@@ -156,12 +158,6 @@ def bound_error(
         runs = SystemRuns(system, key, first_row, path, quiet)
         start = try_starts(system, key, settings.gap)
     return bound_errors(net, runs, train, settings, start, profile=profile)[0]
-
-
-def refuse_unused(options: Collection[str], names: Collection[str], why: str) -> None:
-    """Refuse options by name that would change nothing. Raises InputError."""
-    if given := [name for name in names if name in options]:
-        raise InputError(f"{listed(given)}: expected no such option {why}. Leave it out.")
 
 
 def bound_errors(
@@ -194,12 +190,11 @@ def bound_errors(
             profile = learn_profile(net, train, further, settings.bins, shape=settings.shape)
     with watch("fresh rollouts"):
         scores = scores_of(net, profile, runs.fresh(fresh_runs(settings, profile, looks)))
-    settings = settings.replace(looks=looks)
-    make = {"one": calibrate, "bins": calibrate_bins}
+    used = {name: x for name, x in vars(settings).items() if name not in (*OF_RUNS, "blocks")}
+    used |= {"looks": looks, "train": train}
+    make = {"one": calibrate, "bins": partial(calibrate_bins, blocks=settings.blocks)}
     with watch("claims"):
-        claims = [
-            make[kind](net, scores, profile, settings, train=train) for kind in settings.claims
-        ]
+        claims = [make[kind](net, scores, profile, **used) for kind in settings.claims]
     whole = {SEEN: claims[0].evidence.get(SEEN, []) + ledger}
     return [allow_for_start(derived(claim, evidence=whole), start) for claim in claims]
 
@@ -308,8 +303,9 @@ def update(
         "gap": declared_gap(claim, GAP),
         "intersample": intersample_of(claim.assumptions),
         "claims": ("one",) if claim.bin_eps is None else ("bins",),
-        "blocks": claim.evidence.get("blocks_asked"),
     }
+    if "bins" in options.get("claims", old["claims"]):
+        old["blocks"] = claim.evidence.get("blocks_asked")
     # else the old bins do not span the new K
     if fresh.subject.identity["domain"] == about.identity["domain"]:
         old["bins"] = claim.tube.edges

@@ -32,6 +32,9 @@ _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, 
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
 _WRITTEN = ("__repr__", "__annotate__", "__annotate_func__", "_value2member_map_")  # no numbers
+# of libraries, what is private decides no number, or is filled by each run
+_RUNNING = ("parc_jax.", "logging.", "threading.", "concurrent.", "multiprocessing.", "asyncio.")
+_RUNNING += ("mujoco._structs.MjData",)
 _MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
@@ -103,13 +106,19 @@ class Reader:
 
     def _hidden(self, x, name: str) -> bool:
         # made from the others, once they are asked for, by `once` and here; or said to pass
-        if name == "_made" or isinstance(getattr(type(x), name, None), cached_property):
+        passing = ("_made", *getattr(type(x), "__passing__", ()))
+        works = name == "_data" and hasattr(x, "_eval_args")  # memory of FITPACK, never the same
+        if works or name in passing or isinstance(getattr(type(x), name, None), cached_property):
             return True
-        if name in getattr(type(x), "__passing__", ()):
-            return True
-        if self.private:  # values of libraries have caches of their own, and tell all in `repr`
+        if self._is_whole(x, name):  # values of libraries have caches, and tell all in `repr`
             return name.startswith("_") and _is_value(x)
         return name.startswith("_") or name in OPERATIONAL
+
+    def _is_whole(self, x, name: str = "") -> bool:
+        """Whether private parts of that name count: a library's are named by none of the user's."""
+        runs = _name_of(type(x)).startswith(_RUNNING) or x is np.random.rand.__self__
+        derived = name not in getattr(x, "__dataclass_fields__", (name,))
+        return self.private or not (runs or derived or is_own(_file_of(type(x))))
 
     def _once(self, key, x, parts) -> str:
         if key in self._cached:
@@ -128,7 +137,7 @@ class Reader:
     def _opaque(self, x) -> str:
         if not self.lasting:
             return f"{_name_of(type(x))} {id(x)}"
-        return _name_of(type(x)) + (self.digest(_copied(x)) if self.private else "")
+        return _name_of(type(x)) + (self.digest(_copied(x)) if self._is_whole(x) else "")
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
@@ -144,11 +153,10 @@ class Reader:
             is_key = jax.dtypes.issubdtype(x.dtype, jax.dtypes.prng_key)
             yield from self._array(np.asarray(jax.random.key_data(x) if is_key else x))
         elif isinstance(x, np.ndarray | np.generic):
-            yield from self._array(np.asarray(x))
+            for part in (np.asarray(x), *[np.ma.getmaskarray(x)] * np.ma.isMA(x)):
+                yield from self._array(part)
         elif isinstance(x, Mapping):
-            for key, value in list(x.items()):
-                yield self.digest(key)
-                yield self.digest(value)
+            yield from (self.digest(part) for pair in list(x.items()) for part in pair)
         elif isinstance(x, set | frozenset):
             yield from sorted(map(self._alone, x))
         elif isinstance(x, list | tuple):
@@ -183,16 +191,13 @@ class Reader:
             yield x.co_names + x.co_varnames + x.co_freevars
             yield from (self.digest(constant) for constant in x.co_consts)
         elif isinstance(x, types.MethodType):
-            yield self.digest(x.__func__)
-            yield self.digest(x.__self__)
+            yield from map(self.digest, (x.__func__, x.__self__))
         elif isinstance(x, partial):
             yield from (self.digest(part) for part in (x.func, x.args, x.keywords))
         elif isinstance(x, staticmethod | classmethod):
             yield self.digest(x.__func__)
-        elif isinstance(x, property):
-            yield self.digest(x.fget)
-        elif isinstance(x, cached_property):
-            yield self.digest(x.func)
+        elif isinstance(x, property | cached_property):
+            yield self.digest(x.fget if isinstance(x, property) else x.func)
         elif isinstance(x, type):
             yield from self._class(x)
         elif isinstance(x, types.BuiltinFunctionType | types.MethodWrapperType):
@@ -217,8 +222,7 @@ class Reader:
             return
         yield self.digest_of_type(x)
         for name, value in named:
-            yield name
-            yield self.digest(value)
+            yield from (name, self.digest(value))
 
     def _class(self, cls: type, besides: tuple[str, ...] = ()) -> Iterator:
         yield _name_of(cls)
@@ -243,8 +247,7 @@ class Reader:
                 yield self.digest(cell.cell_contents)
             except ValueError:  # empty
                 yield "empty"
-        yield self.digest(f.__defaults__)
-        yield self.digest(f.__kwdefaults__)
+        yield from map(self.digest, (f.__defaults__, f.__kwdefaults__))
         if not is_own(f.__code__.co_filename):
             yield self.digest(getattr(f, "__wrapped__", None))
             return
@@ -253,12 +256,11 @@ class Reader:
         names = frozenset(_names(f.__code__))
         yield from self._named(meant, names)
         taken = _imports(f.__code__, f.__globals__.get("__package__") or "")
-        modules = {name: _own_module(name) for name in taken}  # all of them before any is read
-        modules = {name: module for name, module in modules.items() if module is not None}
+        # all of them before any is read
+        modules = {name: own for name in taken if (own := _own_module(name)) is not None}
         yield from self._named(modules, names.union(modules))
         for name, value in self.attributes(f):
-            yield name
-            yield self.digest(value)
+            yield from (name, self.digest(value))
 
     def _named(self, space: dict, names: frozenset) -> Iterator:
         """Values of the names of a function in its module."""
@@ -347,7 +349,9 @@ def _own_module(name: str) -> types.ModuleType | None:
             if spec and (spec.origin is None or (spec.has_location and is_own(spec.origin))):
                 import_module(name)
         module = sys.modules.get(name)
-    except Exception:  # what is no module, or raises whatever code of the user's does: a run tells
+    except KeyboardInterrupt:
+        raise
+    except BaseException:  # it is no module, or exits, or skips, or raises anything: a run tells
         return None
     own = module is not None and is_own(getattr(module, "__file__", None) or "")
     return module if own and root not in sys.builtin_module_names else None
@@ -363,8 +367,7 @@ def _file_of(cls: type) -> str:
     module = sys.modules.get(cls.__module__)
     if module is None and any(isinstance(x, types.FunctionType) for x in vars(cls).values()):
         return "<own>"  # sent here by value
-    if cls.__module__ == "builtins" or module is None:
+    if cls.__module__ in sys.builtin_module_names or module is None:
         return "<frozen>"
-    if cls.__module__ in _MAIN:
-        return "<own>"  # of another process, perhaps
-    return getattr(module, "__file__", None) or "<own>"
+    sent = cls.__module__ in _MAIN  # of another process, perhaps
+    return (not sent and getattr(module, "__file__", None)) or "<own>"
