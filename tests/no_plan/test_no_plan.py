@@ -144,7 +144,7 @@ def test_goal_without_room_is_proved():
         (
             [[0.3, 0.1, 0.1]],
             "proved",
-            "its x is 0.5 wide, and the error there is bounded by no less than ±0.3.",
+            "its x is at most 0.5 wide, and the error there is bounded by no less than ±0.3.",
         ),
         ([[0.3, 0.1, 0.1], [0.1, 0.3, 0.1]], None, "along some axis"),
         ([[np.inf] * 3], "undecided", "no plan keeps to bins of K that have a claim"),
