@@ -129,6 +129,14 @@ def test_examples_run(path, folder):
     assert "(E) " in done.stdout or path.stem not in DOORS
 
 
+@pytest.mark.parametrize("cycles", ["0", "-3", "1", "x"])
+def test_too_few_cycles_are_told_before_anything_is_planned(cycles, monkeypatch):
+    path = ROOT / "docs" / "examples" / "10_replanning.py"
+    monkeypatch.setattr(sys, "argv", [str(path), str(POINT_MODEL), cycles])
+    with pytest.raises(SystemExit, match="CYCLES: expected a whole number >= 2"):
+        runpy.run_path(str(path), run_name="__main__")
+
+
 def test_every_door_has_an_example():
     assert {path.stem for path in EXAMPLES} >= set(DOORS)
     guide = (ROOT / "docs" / "your_own_robot.md").read_text(encoding="utf-8")

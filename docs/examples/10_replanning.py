@@ -69,6 +69,8 @@ def replan(model: pj.types.TrajectoryModel, cycles: int, seed: int = 0) -> Outco
 
 
 def main(path: str, cycles: str = "85") -> None:
+    if not cycles.isdecimal() or int(cycles) < 2:
+        sys.exit(f"CYCLES: expected a whole number >= 2, as the first compiles; got {cycles}.")
     seen = replan(pj.load(path, system="drift_parking"), int(cycles))
     print(f"{seen.found.sum()} of {len(seen.found)} cycles with a safe plan,")
     print(f"{seen.warm.sum()} from the last plan alone; {seen.hertz:.0f} plans per second;")

@@ -157,7 +157,7 @@ class Live:
         names = [f"obstacle {j}" for j in range(len(self._told.obstacles))]
         if any(self.off.values()):
             known = self._told.uncertainty or Uncertainty()
-            start = known.shifts(model.n_p) + self.off["pose"]
+            start = (known.shifts(model.n_p) + self.off["pose"]).round(9)  # as it is told
             half = np.full(model.n_p, self.off["obstacles"])
             errors = known.obstacles
             if half.any():  # beside the error that is told of an obstacle, if one is

@@ -206,7 +206,8 @@ class Page:
         told = f"**{len(drawn.plans)} safe plans** in {1e3 * drawn.seconds:.0f} ms"
         if len(drawn.plans):
             self._show("plans", drawn.plans, PLAN, 0.1)
-            told += f", at most {rounded_up(drawn.clearance[0])} m clear"
+            room = drawn.clearance[0]
+            told += f", at most {rounded_up(room)} m clear" if room < np.inf else ", nothing near"
             if drawn.scene.nominal.uncertainty is not None:
                 told += "; lines are of one possible run"
         else:
@@ -255,13 +256,12 @@ def about_set(answer: Answer) -> list[str]:
     box, robust = scene.box_of_k, scene.nominal.uncertainty is not None
     of = all_plans(scene.at is not None, box if box == claim.law.box else "the sliders' part of K")
     if share is not None:
-        around = (
-            "" if answer.cover.within is None else ", counting only those around the first found"
-        )
+        some = answer.cover.within is not None
+        of += ", counting only those around the first found" * some
         least, most = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
         sure = f"confidence {rounded_down(str(share.confidence), 10)}"
         doubt = " for all that is uncertain" * robust
-        lines.append(f"**{least} to {most} %** of {of}{around}, are safe{doubt}, {sure}")
+        lines.append(f"**{least} to {most} %** of {of}{',' * (',' in of)} are safe{doubt}, {sure}")
     corridors = counted(len(answer.corridors), "corridor")
     lines.append(f"{corridors}: {about_coverage(answer.coverage, set_of(answer, 'the safe ones'))}")
     return [*lines, f"the tube is {in_short(claim)}", *resting_on(scene.nominal)]

@@ -142,6 +142,7 @@ class Driver:
             "reached": bool(nearest <= NEAR),
             "seconds": round(jackal.time, 1),
             "clearance": float(met.nearest),
+            "under_way": met.under_way,
             "at_rest": met.at_rest,
             "committed": len(new),
             "cycles": len(steps),
@@ -193,7 +194,8 @@ def drive(options: Options) -> pj.drive.Episodes:
 
 def summary(told: list[dict], n: int, touched: int) -> str:
     """What came of n episodes, of which so many touched a disc. told: of those with an outcome."""
-    reached = [one["seconds"] for one in told if one["reached"] and not one["at_rest"]]
+    clear = [one for one in told if not (one["under_way"] or one["at_rest"])]
+    reached = [one["seconds"] for one in clear if one["reached"]]
     took = (
         f", in {np.median(reached):.1f} s (median), at most {max(reached):.1f} s" if reached else ""
     )

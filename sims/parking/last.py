@@ -2,6 +2,7 @@
 and its picture. `python -m sims.parking.last`
 """
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,10 +77,9 @@ class Options:
     out: Path = Path("runs/parking/last.png")
 
 
-if __name__ == "__main__":
-    import tyro
-
-    options = tyro.cli(Options, description=__doc__)
+def drive(options: Options) -> None:
+    """Search, replay, and say and draw what came of it. Raises InputError."""
+    options.out.unlink(missing_ok=True)  # a picture of before is of other plans
     found = []
     for number in options.case:
         seen = seen_from_goal(case(number), np.radians(options.turned))
@@ -88,8 +88,26 @@ if __name__ == "__main__":
         if len(answer.samples):
             key = jax.random.PRNGKey(1)
             runs = pj.replay(c.system(), answer.scene, answer.samples, key)
-            print(f"{runs.reached.sum()} reached, {runs.touched.sum()} touched", flush=True)
+            print(told_of(runs), flush=True)
             found.append((seen, runs))
     if found:
         options.out.parent.mkdir(parents=True, exist_ok=True)
         draw(options.out, found)
+    print(f"Picture: {options.out}." if found else "No plan, and so no picture.")
+
+
+def told_of(runs) -> str:
+    """What came of a replay."""
+    return (
+        f"{len(runs.plans)} plans replayed: {runs.reached.sum()} reached the goal, "
+        f"{runs.touched.sum()} touched something, {(~runs.inside).sum()} left the tube"
+    )
+
+
+if __name__ == "__main__":
+    import tyro
+
+    try:
+        drive(tyro.cli(Options, description=__doc__))
+    except pj.InputError as error:
+        sys.exit(f"error: {error}")

@@ -3,12 +3,15 @@ what the geometry allows; and what a pose costs that the search follows.
 `python -m sims.parking.shortest`
 """
 
+import sys
 import time
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
+import parc_jax as pj
 from sims.parking import car as c
 from sims.parking.cases import Case, case_of
 from sims.parking.drive import drive
@@ -25,8 +28,9 @@ LONG = 20.0  # [m] of curb and of street, to either side
 
 class Gap(NamedTuple):
     """What came of a gap of a length [m]. found: manoeuvres of a way that is clear of everything
-    without a tube; driven: of the proved ones; None without. nearest: [m] on the true poses. each:
-    [s] of processor time for each pose that a search with tubes follows.
+    without a tube; driven: of the proved ones, no tube of which was left; None without. nearest:
+    [m] on the true poses. each: [s] of processor time for each pose that a search with tubes
+    follows.
     """
 
     length: float
@@ -70,10 +74,11 @@ def tried(gap: float, seed: int = 0) -> Gap:
     known = street(gap)
     found = Guide(known, Exact(known, tube=0.0), rolling=False).search()
     one = drive(known, loop_of(), jax.random.PRNGKey(seed))
+    well = one.reached and one.proved and not (one.touched or one.left)
     return Gap(
         length=gap,
         found=None if found is None else len(found.k),
-        driven=len(one.commitments) if one.reached and one.proved and not one.touched else None,
+        driven=len(one.commitments) if well else None,
         nearest=one.clearance,
         each=cost_of_a_pose(known),
     )
@@ -87,13 +92,33 @@ def cost_of_a_pose(known: Case) -> float:
     return (time.process_time() - begin) / max(1, BUDGET - guide.budget)
 
 
-if __name__ == "__main__":
+@dataclass(frozen=True)
+class Options:
+    """Which gaps."""
+
+    gaps: tuple[float, ...] = GAPS
+    """[m] of curb between the two cars."""
+
+
+def tabled(options: Options) -> None:
+    """Try each, and print its row. Raises InputError."""
+    if not all(c.LENGTH < gap < np.inf for gap in options.gaps):
+        raise pj.InputError(f"gaps: expected each longer than the car, {c.LENGTH} m, and finite.")
     print(f"one stroke, by the geometry: {one_stroke():.2f} m; the car {c.LENGTH:.2f} m")
     print("| gap [m] | manoeuvres without a tube | proved | nearest [cm] | ms a pose |")
     print("|---|---|---|---|---|")
-    for gap in GAPS:
+    for gap in options.gaps:
         row = tried(gap)
         shown = ("none" if n is None else str(n) for n in (row.found, row.driven))
         nearest = np.floor(100 * row.nearest)
-        cells = [f"{gap:.1f}", *shown, f"{nearest:.0f}", f"{1e3 * row.each:.1f}"]
+        cells = [f"{gap:g}", *shown, f"{nearest:.0f}", f"{1e3 * row.each:.1f}"]
         print("| " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    import tyro
+
+    try:
+        tabled(tyro.cli(Options, description=__doc__))
+    except pj.InputError as error:
+        sys.exit(f"error: {error}")

@@ -10,6 +10,7 @@ that both have. Costs are those of the judge here, from true poses every step of
 fifth, beside the environment's own.
 """
 
+import sys
 import time
 from collections import Counter
 from contextlib import suppress
@@ -98,7 +99,8 @@ class Drive:
             if ended or over:
                 break
         if self.save is not None and not self.bare:
-            env.certificate(self.save / f"{self.robot.lower()}_{self.level}_{world_seed}.json")
+            name = "_".join(map(str, (self.robot.lower(), self.level, world_seed, *seed)))
+            env.certificate(self.save / f"{name}.json")  # by the drive, too: a world has several
         told = {"seed": world_seed, "return": gained, "cost": sum(costs)}
         told |= {"steps_that_cost": sum(cost > 0 for cost in costs), "steps": len(took)}
         told |= {"changed": changed, "stopped": sum(n for why, n in reasons.items() if why)}
@@ -188,6 +190,8 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
     asked["workers"] = 0 if options.batch else options.jobs
     done = pj.drive.drive_episodes(how, law, key, options.episodes, **asked)
     told = [one.told for one in done.driven if not one.failed]
+    if not told:
+        return done, f"0 of {done.n} episodes have an outcome.\n{done.details()}"
     gained = np.array([one["return"] for one in told])
     steps = sum(one["steps"] for one in told)
     cost, costly, contact, depth = (
@@ -215,4 +219,7 @@ def drive(options: Options) -> tuple[pj.drive.Episodes, str]:
 if __name__ == "__main__":
     import tyro
 
-    print(drive(tyro.cli(Options, description=__doc__))[1])
+    try:
+        print(drive(tyro.cli(Options, description=__doc__))[1])
+    except pj.InputError as error:
+        sys.exit(f"error: {error}")

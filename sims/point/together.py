@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ import numpy as np
 
 import parc_jax as pj
 from parc_jax.drive.loop.commitment import Begun, Commitment
-from parc_jax.drive.loop.episodes import task_of
+from parc_jax.drive.loop.episodes import OTHER, task_of
 from parc_jax.drive.loop.scenes import Scenes
 from parc_jax.drive.loop.workers import Task as OfEpisode
 from parc_jax.problem.body import Disc
@@ -127,7 +127,8 @@ class Together:
     def _drive_with(self, world_seed: int, *seed: int) -> None:
         """Drives the episodes from the one of this drive's seed on, each once."""
         words = np.array(self.words)
-        first = next(i for i in count() if tuple(task_of(words, i).of_drive) == seed)
+        every = chain([OTHER], count())
+        first = next(i for i in every if tuple(task_of(words, i).of_drive) == seed)
         tasks = [task_of(words, i) for i in range(first, first + self.batch)]
         if self.law(tasks[0].of_world) == world_seed:
             dealt = [tasks[i :: self.jobs] for i in range(self.jobs)]

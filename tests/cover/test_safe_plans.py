@@ -54,6 +54,14 @@ def test_an_objective_that_is_finite_nowhere_has_no_best_plan(value):
         answer().best(lambda p0, k: value + 0 * k[0])
 
 
+@pytest.mark.slow  # as well
+def test_where_no_obstacle_is_the_best_plan_by_clearance_is_refused_for_that():
+    problem = reach_avoid(box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)
+    free = Planner(line_model(4, 0.0)).solve(problem, jax.random.key(0), Settings(samples=5))
+    with pytest.raises(InputError, match=r"best: expected .* it is; there is no obstacle\."):
+        free.best()
+
+
 def test_samples_are_uniform_where_everything_is_safe():
     """Straight lines without obstacles: k is uniform on K, the end uniform in the goal's box."""
     problem = reach_avoid(box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)

@@ -374,6 +374,24 @@ def test_what_else_made_an_episode_bad_is_told_in_its_own_words_and_is_no_tube_t
             asked(lambda *_, told=(touched, at): pj.drive.Outcome(told[0], touched_at=told[1]), 1)
 
 
+def test_what_is_driven_by_another_seed_replaces_the_file_of_no_episode(tmp_path):
+    """A driver names its files by the seed: that of the second episode held what the first did."""
+
+    def drive(world, seed):
+        drawn = float(np.random.default_rng(seed).uniform())
+        place = tmp_path / "_".join(map(str, seed))
+        place.write_text(f"{world} {drawn}")
+        return pj.drive.Outcome(False, told={"file": place.name, "said": f"{world} {drawn}"})
+
+    for n in (3, 101):
+        done = asked(drive, n)
+        for one in done.driven:
+            assert (tmp_path / one.told["file"]).read_text() == one.told["said"]
+        (other,) = {x.name for x in tmp_path.iterdir()} - {one.told["file"] for one in done.driven}
+        words = key_data(stream(KEY, Stage.EPISODE))
+        assert other not in {"_".join(map(str, task_of(words, i).of_drive)) for i in range(2000)}
+
+
 def harder(seed):
     return 0.5 + law(seed) / 2
 

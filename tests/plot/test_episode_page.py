@@ -15,7 +15,7 @@ from needs import need
 import parc_jax as pj
 from parc_jax.app import cli, figures
 from parc_jax.app.plot.episode import Stage
-from parc_jax.app.plot.page import RATE, episode_data
+from parc_jax.app.plot.page import RATE, episode_data, reasons
 from parc_jax.drive.loop.episode_file import load_episode
 
 WHY = "none is safe </script><b>"
@@ -73,6 +73,47 @@ def test_the_truth_is_shown_where_it_is_known(file):
     assert time == 0 and len(rings) == 2 and [1.0, 2.0] in rings[1]
 
 
+def test_a_reason_that_cannot_be_read_takes_no_other_with_it():
+    some = [[0.3, "x"], ["bad"], ["bad", "y"], None, ["0.1", "z"], [10**400, "w"], ["nan", "v"]]
+    assert reasons({"reasons": some}) == [(0.1, "z"), (0.3, "x")]
+    for none in (None, {}, [], {"reasons": 3}, {"reasons": None}, {"reasons": "ab"}):
+        assert reasons(none) == []
+
+
+def test_nothing_is_said_to_be_proved_of_what_was_before_the_first_manoeuvre(file):
+    known = load_episode(file[0])
+    begin = float(known.manoeuvres[0].begin)
+    times, poses = begin + np.linspace(-2.0, 1.0, 5), np.zeros((5, 3))
+    poses[:, 0] = np.linspace(0.0, 1.5, 5)
+    data = episode_data(Stage(known, figures.Truth(times, poses)))
+    assert data["begin"] == data["moments"][0]["time"] == begin
+    middle = np.mean([now["middle"] for now in data["moments"][:1]], axis=0)
+    assert np.abs(middle - [1.0, 0.0]).max() < 0.2  # where it was by then
+
+
+@pytest.mark.parametrize(
+    ("times", "poses", "words"),
+    [
+        ([0.0, 2.0, 1.0], np.zeros((3, 3)), "truth: expected sorted times, some from"),
+        ([-2.0, -1.0, -0.5], np.zeros((3, 3)), "truth: expected sorted times, some from"),
+        ([], np.zeros((0, 3)), "truth: expected sorted times, some from"),
+        ([0.0, np.nan, 1.0], np.zeros((3, 3)), "truth: times: expected finite numbers"),
+        ([0.0, 1.0, 2.0], np.full((3, 3), np.nan), "truth: poses: expected finite numbers"),
+        ([0.0, 1.0], np.zeros((3, 3)), r"truth: poses: expected shape \(2, 3\); got \(3, 3\)"),
+        ([0.0, 1.0, 2.0], np.zeros((3, 2)), r"expected shape \(3, 3\); got \(3, 2\)"),
+    ],
+)
+def test_a_truth_that_is_none_is_refused(file, times, poses, words, tmp_path):
+    truth = figures.Truth(np.array(times), poses)
+    for write in (
+        lambda: figures.write_page(file[0], tmp_path / "drive.html", truth=truth),
+        lambda: figures.film(file[0], tmp_path / "drive.gif", run=truth),
+    ):
+        with pytest.raises(pj.InputError, match=words):
+            write()
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_shell_writes_it(file, tmp_path, capsys):
     place = tmp_path / "drive.html"
     with pytest.raises(SystemExit) as stop:
@@ -114,5 +155,8 @@ def test_one_scrubs_to_what_was_said(file, tmp_path):
         said = browser.run(f"{later} go(momentOf(data.reasons[0][0])); $('verdict').textContent")
         assert "Left for manoeuvre 2 at 5.0625 s." in said
         assert f"{file[1] + 0.0005:.4f} s: no new one" in browser.run("$('why').textContent")
+        # from where a new one begins no reason is told why there is none
+        begun = "data.reasons[0][0] = data.manoeuvres[1].begin; select(1);"
+        assert browser.run(f"{begun} document.body.dataset.kept") == ""
         times = browser.run("[2, 0.125, 3 * 0.1, 1 / 3].map(spelled)")
         assert times == ["2.00", "0.125", "0.30", "0.333333333"]

@@ -1,5 +1,6 @@
 """What is dragged, and the plans that follow: without a browser, but for the last tests."""
 
+import re
 import threading
 from types import SimpleNamespace
 from unittest.mock import MagicMock
@@ -440,6 +441,10 @@ class Told:
         self.changed.set()
 
 
+def clear(drawn):
+    return drawn._replace(clearance=np.full(len(drawn.plans), np.inf))
+
+
 def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog):
     """The last ones, of what had been safe before, stood there until the page was closed."""
     server, model = MagicMock(), line_model(e=0.01, half=2.5)
@@ -460,6 +465,10 @@ def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog)
     page.move("obstacle 0", [0.7, -0.7])
     assert "m clear; lines are of one possible run" in until("possible run")
     page.live.off["pose"] = 0.0
+    with monkeypatch.context() as bare:
+        bare.setattr(page.live, "draw", lambda draw=page.live.draw: clear(draw()))
+        page.move("obstacle 0", [0.6, -0.7])
+        assert " ms, nothing near\n" in until("nothing near")
     for broken in ("settle", "draw"):
         with monkeypatch.context() as patched:
             patched.setattr(page.live, broken, lambda *_: np.zeros(2) @ np.zeros(3))
@@ -484,12 +493,28 @@ def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
     assert "whatever else the goal asks" in first  # it is of these plans alone
     assert first.endswith(f"are safe, confidence {rounded_down(str(share.confidence), 10)}")
     assert last == f"the tube is {answer.model.claim.kind}, not shown"
+    at, _ = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, [], 0.1), (0, 0)).settle()
+    assert "%** of all k in K are safe, confidence" in about_set(at)[0]
     span = Span((1, 2), said="That it is there rests on a promise")
     known = pj.Uncertainty(start=0.01, sensing_eps="0.2")
     asked = pj.reach_avoid(GOAL, BLOCKS[:1], 0.1, START, spans=[span], uncertainty=known)
     said = "\n".join(about_set(Live(line_model(e=0.01, half=2.5), asked).settle()[0]))
     assert "That it is there rests on a promise" in said
     assert "but for a probability of at most 0.2 each time" in said
+
+
+def test_what_sliders_add_to_is_told_in_numbers_for_people():
+    """It was ±0.060000000000000005 m, and -0.050000000000000024 to 0.050000000000000024 m."""
+    some = pj.box([-0.03, -0.03], [0.03, 0.03])
+    known = pj.Uncertainty(start=[0.05, 0.02], obstacles=some)
+    asked = pj.reach_avoid(GOAL, BLOCKS[:1], 0.1, START, uncertainty=known)
+    dragged = Live(line_model(e=0.01, half=2.5), asked)
+    dragged.off = {"pose": 0.01, "obstacles": 0.02}
+    said = dragged.scene().nominal.uncertainty.words
+    assert "within ±0.06, ±0.03 m of" in said
+    lo, hi = re.search(r"lies within (\S+) to (\S+), ", said).groups()
+    assert len(hi) <= 9 and -float(lo) == float(hi) >= 0.05
+    assert float(hi) == pytest.approx(0.05, abs=1e-6)
 
 
 @pytest.mark.slow

@@ -33,6 +33,7 @@ def test_outlines_hold_every_disc_until_the_rest():
 
 def test_what_came_of_a_crowd_is_told_also_where_nobody_reached_the_goal():
     told = {"reached": False, "seconds": 60.0, "clearance": 0.25, "at_rest": True}
+    told["under_way"] = False
     said = crowd.summary([told, told | {"clearance": np.inf}], 2, 0)
     assert said.startswith("0 of 2 reached the goal and were not touched. ")
     assert "touched in 0, nearest 0.25 m; discs ran into the robot at rest in 2." in said
@@ -40,6 +41,9 @@ def test_what_came_of_a_crowd_is_told_also_where_nobody_reached_the_goal():
     assert "1 of 2 reached the goal and were not touched, in 20.0 s (median), at most 20.0 s. " in (
         crowd.summary([told, reached], 2, 1)
     )
+    touched = reached | {"under_way": True, "clearance": -0.1}
+    said = crowd.summary([touched, reached], 2, 1)
+    assert said.startswith("1 of 2 reached the goal and were not touched, in 20.0 s (median)")
     none = crowd.summary([], 2, 0)
     assert "touched in 0; discs ran into the robot at rest in 0; 2 had no outcome." in none
 

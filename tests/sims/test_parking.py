@@ -4,10 +4,12 @@ and its file accepted; at night all of them.
 
 import json
 import re
+import runpy
 import shutil
 import sys
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -30,6 +32,7 @@ from sims.parking import (
     guide,
     kinematics,
     known,
+    last,
     polish,
     predict,
     prove,
@@ -695,3 +698,40 @@ def test_all_cases_are_parked_and_nothing_is_touched(tmp_path):
     done = {number: park(number, Options(out=tmp_path))[0] for number in cases.numbers()}
     assert not any(one.touched or one.left for one in done.values())
     assert all(one.reached and one.proved for one in done.values())
+
+
+def test_a_replay_says_of_how_many_and_what_left_its_tube(tmp_path, monkeypatch, capsys):
+    runs = SimpleNamespace(
+        plans=np.zeros((5, 8)),
+        reached=np.array([True] * 4 + [False]),
+        touched=np.zeros(5, bool),
+        inside=np.array([True] * 3 + [False] * 2),
+    )
+    said = "5 plans replayed: 4 reached the goal, 0 touched something, 2 left the tube"
+    assert last.told_of(runs) == said
+    old = tmp_path / "last.png"
+    old.write_bytes(b"of other plans")
+    none = SimpleNamespace(summary=lambda: "none", samples=())
+    monkeypatch.setattr(last, "last_set", lambda _: none)
+    last.drive(last.Options(case=(1,), out=old))
+    assert not old.exists() and "no picture" in capsys.readouterr().out
+
+
+def test_a_way_whose_tube_was_left_is_not_told_as_proved(monkeypatch):
+    told = {"reached": True, "proved": True, "touched": False, "commitments": [1, 2]}
+    monkeypatch.setattr(shortest, "loop_of", lambda: None)
+    monkeypatch.setattr(shortest, "Guide", lambda *_, **__: SimpleNamespace(search=lambda: None))
+    monkeypatch.setattr(shortest, "cost_of_a_pose", lambda _: 0.0)
+    for left, n in ((False, 2), (True, None)):
+        one = SimpleNamespace(**told, left=left, clearance=0.1)
+        monkeypatch.setattr(shortest, "drive", lambda *_, one=one: one)
+        assert shortest.tried(6.0).driven == n
+
+
+def test_help_of_the_shortest_gap_is_told_and_drives_nothing(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["shortest", "--help"])
+    with pytest.raises(SystemExit) as stop:
+        runpy.run_path(shortest.__file__, run_name="__main__")
+    assert stop.value.code == 0 and "--gaps" in capsys.readouterr().out
+    with pytest.raises(pj.InputError, match="gaps: expected each longer than the car"):
+        shortest.tabled(shortest.Options(gaps=(1.0,)))

@@ -1,6 +1,10 @@
 """Safety-Gymnasium's Point: its worlds are the original's, its shield keeps it off hazards."""
 
+import runpy
+import sys
 from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import jax
 import numpy as np
@@ -16,6 +20,7 @@ from parc_jax.common.keys import Stage, key_data, stream  # noqa: E402
 from sims import point  # noqa: E402
 from sims.point import (  # noqa: E402
     curves,
+    episodes,
     film,
     guide,
     judge,
@@ -272,3 +277,34 @@ def test_a_world_driven_again_by_another_seed_is_that_world():
     assert not done.failed
     assert "1 driven again, the same; the first, by another seed, the same" in done.again
     assert len({one.told["world"] for one in done.driven}) == 4
+
+
+def test_certificates_are_named_by_world_and_drive(tmp_path, monkeypatch):
+    """The first world driven by another seed replaced the certificate of the first episode."""
+    env = MagicMock()
+    told = {"cost": 0.0, "took": 0.0, "shield": {"changed": False, "reason": ""}}
+    env.step.return_value = (None, 1.0, False, False, told)
+    monkeypatch.setattr(episodes, "STEPS", 1)
+    monkeypatch.setattr(episodes, "made", lambda *_: env)
+    monkeypatch.setattr(episodes, "driver_of", lambda *_: lambda seeds: lambda worlds: [None])
+    monkeypatch.setattr(episodes, "outcome", lambda *_: None)
+    drive = episodes.Drive("Point", 1, False, False, False, save=tmp_path)
+    for seed in ((1, 2), (3, 4)):
+        drive(5, np.array(seed, np.uint32))
+    names = [call.args[0].name for call in env.certificate.call_args_list]
+    assert names == ["point_1_5_1_2.json", "point_1_5_3_4.json"]
+
+
+def test_options_without_meaning_end_in_a_sentence(tmp_path, monkeypatch):
+    options = ["--batch", "3", "--save", "--bare", "--out", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["episodes", *options])
+    with pytest.raises(SystemExit, match="error: --batch: expected neither --lidar nor --save"):
+        runpy.run_path(episodes.__file__, run_name="__main__")
+
+
+def test_what_came_of_episodes_is_told_also_where_all_of_them_failed(tmp_path, monkeypatch):
+    driven = [SimpleNamespace(failed="no simulator", told={})] * 2
+    done = SimpleNamespace(driven=driven, n=2, failed=2, details=lambda: "(C)")
+    monkeypatch.setattr(pj.drive, "drive_episodes", lambda *_, **__: done)
+    _, said = episodes.drive(episodes.Options(2, bare=True, out=tmp_path))
+    assert said == "0 of 2 episodes have an outcome.\n(C)"

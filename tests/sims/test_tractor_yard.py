@@ -110,7 +110,7 @@ def test_it_learns_and_drives_a_yard_and_its_file_is_accepted(tmp_path):
     done, said = drive_yards(options)
     assert done.touched == 0 and done.failed == 0 and "reached the end of the yard" in said
     files = sorted((tmp_path / "episodes").glob("*.json"))
-    assert len(files) == 2
+    assert len(files) == 3  # one of the first yard by another seed
     for file in files:
         assert checker.check_episode(json.loads(file.read_text()), allowance_of).moving == 0
     again, _ = drive_yards(options)

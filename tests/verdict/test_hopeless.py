@@ -116,6 +116,10 @@ def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
     said = answer.details()
     assert answer.cover.drawn == 0 and "No plan is safe: no plan of the model ends" in said
     assert "between -0.5 and 1.5, the goal asks for 3 to 4" in said
+    known = Uncertainty(start=0.02)
+    far = reach_avoid(box([29.7, -1.0, -9.0], [31.3, 1.0, 9.0]), [], 0.3, uncertainty=known)
+    told = why_none(lowered(query(far, model, (0.5, 0.0)).nominal({}))).words
+    assert told.endswith("the goal asks for 29.72 to 31.28.")  # which are no floats
     # what it rests on: body, pose and tube
     assert "point 0 grown by 0.3 m) among 1 convex" in said and model.claim.details() in said
     assert "Here: all plans start at (0.5, 0) m, with the heading of the model's runs." in said
@@ -232,4 +236,6 @@ def test_of_two_goal_states_the_one_that_misses_is_named(rng):
 
 def test_a_goal_narrower_than_the_tube_is_told_by_name():
     said = why(line_model(e=0.01), box([0.0, 0.0, -9.0], [1.0, 0.015, 9.0]), WALL, 0.3).words
-    assert "at the end: its y is 0.015 wide" in said
+    assert "at the end: its y is at most 0.015 wide" in said
+    odd = why(line_model(e=0.9), box([0.0, 0.0, -9.0], [9.0, 31.3 - 29.7, 9.0]), WALL, 0.3).words
+    assert "its y is at most 1.61 wide" in odd  # which is no float, and never less

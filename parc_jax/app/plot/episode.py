@@ -10,7 +10,8 @@ import numpy as np
 
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.app.plot.shapes import footprints, in_world, obstacle_triangles, tube_triangles
-from parc_jax.common.errors import InputError
+from parc_jax.common.arrays import as_float64
+from parc_jax.common.errors import InputError, shown
 from parc_jax.drive.loop.episode_file import Episode, Manoeuvre, load_episode
 from parc_jax.problem.body import numbered
 from parc_jax.problem.robust.pose import Pose
@@ -51,8 +52,7 @@ class Shown:
     def predicted(self, t: float) -> list[np.ndarray]:
         """The body at a time t [s] of the loop's clock, as the model says."""
         flat = self.path.places.reshape(len(self.path.times), -1)
-        since = t - self.begin
-        places = np.array([np.interp(since, self.path.times, column) for column in flat.T])
+        places = np.array([np.interp(t - self.begin, self.path.times, each) for each in flat.T])
         return self._body(places, self.pose)
 
     def driven(self, pose: np.ndarray) -> list[np.ndarray]:
@@ -93,8 +93,13 @@ class Stage:
         self.name = driven.model.system or "episode"
         self.notes = [note for name, note in NOTES.items() if name in driven.statement]
         self.begin, self.end = self.shown[0].begin, self.shown[-1].end
-        if truth is not None:
-            self.begin, self.end = float(truth.times[0]), float(truth.times[-1])
+        if truth is not None:  # shown from the first manoeuvre on
+            times = as_float64("truth: times", truth.times, (None,))
+            as_float64("truth: poses", truth.poses, (len(times), 3))
+            if (np.diff(times) < 0).any() or not (times >= self.begin).any():
+                told = f"some from {self.begin} s on, when the first manoeuvre begins"
+                raise InputError(f"truth: expected sorted times, {told}; got {shown(times)}.")
+            self.begin, self.end = max(self.begin, float(times[0])), float(times[-1])
         self.reach = max([REACH, *(np.ptp(one.tube, axis=(0, 1)).max() for one in self.shown)])
 
     def times(self, rate: float) -> np.ndarray:
@@ -103,12 +108,12 @@ class Stage:
 
     def at(self, t: float) -> Moment:
         """The robot at a time [s]: its true place, or without a true run the predicted one."""
-        number = max(int(sum(one.begin <= t + SAME for one in self.shown)) - 1, 0)
+        number = int(sum(one.begin <= t + SAME for one in self.shown)) - 1
         one = self.shown[number]
         if self.truth is None:
             body = one.predicted(t)
         else:
-            columns = self.truth.poses.T
+            columns = np.asarray(self.truth.poses).T
             body = one.driven(np.array([np.interp(t, self.truth.times, each) for each in columns]))
         return Moment(t, number, body, np.mean([part.mean(axis=0) for part in body], axis=0))
 

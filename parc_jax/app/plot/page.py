@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import combinations
 from pathlib import Path
 
@@ -53,9 +54,9 @@ def write_page(
     they are given, polytopes, which `parc-jax check` verifies. Answers up to 20 MB are stored in
     the page, and a button has the proved checker check them there.
 
-    Of an episode, or of its file, which is checked anew first: at every moment the robot, its way,
-    its reachable set until it rests, the obstacles of that proof, and, where the file's `meta` has
-    `{"reasons": [[seconds, why], ...]}`, why the robot went on with the stop in hand.
+    Of an episode, or of its file, which is checked anew first: from its first manoeuvre on the
+    robot, its way, its reachable set until it rests, the obstacles of that proof, and, where the
+    file's `meta` has `{"reasons": [[seconds, why], ...]}`, why it went on with the stop in hand.
 
     polytopes: of `answer.polytopes`, whose outlines are drawn too. truth: the true run of an
     episode. Returns the path. Raises InputError.
@@ -264,7 +265,6 @@ def _rows(polytope) -> dict:
 
 def episode_data(stage: Stage) -> dict:
     """JSON-able numbers of an episode, in metres and in seconds of the loop's clock."""
-    moments = [stage.at(t) for t in stage.times(RATE)]
     lo, hi = span(*(one.tube for one in stage.shown))
     truth = Truth(np.zeros(0), np.zeros((0, 3))) if stage.truth is None else stage.truth
     return {
@@ -282,7 +282,7 @@ def episode_data(stage: Stage) -> dict:
         "moments": [
             {"time": float(now.time), "number": now.number}
             | {"body": _rounded(now.body), "middle": _rounded(now.middle)}
-            for now in moments
+            for now in map(stage.at, stage.times(RATE))
         ],
         "manoeuvres": [
             {
@@ -305,10 +305,11 @@ def episode_data(stage: Stage) -> dict:
 
 def reasons(meta) -> list[tuple[float, str]]:
     """Times [s] without a new manoeuvre, and why, in order, from unchecked meta: the valid ones."""
-    try:
-        pairs = [(float(time), str(why)) for time, why in meta["reasons"]]
-    except (TypeError, KeyError, ValueError):
-        return []
+    pairs, told = [], meta.get("reasons") if isinstance(meta, dict) else None
+    for one in told if isinstance(told, list | tuple) else ():
+        with suppress(TypeError, ValueError, OverflowError):
+            time, why = one
+            pairs.append((float(time), str(why)))
     return sorted(one for one in pairs if np.isfinite(one[0]))
 
 

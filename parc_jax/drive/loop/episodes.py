@@ -24,6 +24,7 @@ from parc_jax.learning.systems.content import whole_digest, with_digest
 FORMAT = "parc_jax.episodes/6"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 EACH = 100  # of so many episodes one is driven again
+OTHER = 2**64  # a number that no episode has: of the first world another drive
 LINES, ABOUT = "episodes.jsonl", "meta.json"
 
 
@@ -100,7 +101,8 @@ def drive_episodes(
     drive: (world, seed) -> Outcome, with all decisions made before: planner, model and tube,
         sensors, end of an episode. One that fails, by an exception or its process, is bad. The
         first is driven again at once; at the end, and before others that go on, it and one more of
-        each hundred: refused where what counts differs; the first also by another seed, as is told.
+        each hundred: refused where what counts differs; the first also by a seed that is of no
+        other, as is told. A driver names its files by the seed, or one replaces another's.
     law: seed -> a world with its start and goal, all that differs between episodes. A seed is an
         array (2,) of uint32: a random key of JAX, or `numpy.random.default_rng(seed)`. All
         randomness comes from seeds, which depend on key and number of the episode alone and meet no
@@ -150,8 +152,7 @@ def drive_episodes(
         tasks = [task_of(words, i) for i in range(n) if i not in done]
         more, again = [], [task_of(words, i)._replace(number=~i) for i in range(1 + n // EACH)]
         stored = [one for one in again if tasks and ~one.number in done]
-        other = task_of(words, len(again)).of_drive  # of the first world another drive
-        again.append(again[0]._replace(number=~n, of_drive=other))
+        again.append(again[0]._replace(number=~n, of_drive=task_of(words, OTHER).of_drive))
         with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
             asked = [*stored, *tasks[:1], *again[: 0 not in done], *tasks[1:], *again]
             for one in driven(drive, law, asked, workers):

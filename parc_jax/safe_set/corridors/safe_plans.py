@@ -206,7 +206,8 @@ def best_plan(
 
     best = climb(starts, closer, value, SPREADS, KEPT)
     if not np.isfinite(best.value[0]):
-        raise InputError("best: expected an objective that is finite; at no plan drawn it is.")
+        so = "" if plans.scene.problem.obstacles else "; there is no obstacle"
+        raise InputError(f"best: expected an objective that is finite; at no plan drawn it is{so}.")
     return best.x[0], float(best.value[0])
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.spelling import counted, exact, rounded_down
+from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.bound.statement import in_box
 from parc_jax.learning.labels import degrees_hint, name_of
@@ -91,9 +91,9 @@ def no_end_fits(scene: Scene) -> str | None:
     if short[:, axis].min() <= 0:
         return f"in every bin of {box} the goal is narrower than the tube's end along some axis."
     return (
-        f"the goal is narrower than the tube at the end: its {_named(model, axis)} is "
-        f"{exact((hi - lo)[axis])} wide, and the error there is bounded by no less than "
-        f"±{rounded_down(str(least[axis]), 3)}."
+        f"the goal is narrower than the tube at the end: its {_named(model, axis)} is at most "
+        f"{rounded_up(exact((hi - lo)[axis]), 3)} wide, and the error there is bounded by no less "
+        f"than ±{rounded_down(str(least[axis]), 3)}."
     )
 
 
@@ -180,13 +180,12 @@ def _out_of_reach(scene: Scene) -> str | None:
     if not len(missed):
         return f"{words}."
     axis = int(missed[0])
-    q, p = model.labels.q, model.labels.p
-    label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
+    label = [*model.labels.p * model.n_points, *model.labels.q][axis]
     ends, asked = (lo[axis], hi[axis]), (float(goal_lo[axis]), float(goal_hi[axis]))
+    first, last, *goal = (exact(round(end, DECIMALS)) for end in (*ends, *asked))
     return (
-        f"{words}: {_named(model, axis)} at its end is between {exact(round(ends[0], DECIMALS))} "
-        f"and {exact(round(ends[1], DECIMALS))}, the goal asks for {exact(asked[0])} to "
-        f"{exact(asked[1])}."
+        f"{words}: {_named(model, axis)} at its end is between {first} and {last}, the goal "
+        f"asks for {' to '.join(goal)}."
         f"{_turns_hint(model, axis, *ends, *asked)}{degrees_hint(label, *asked)}"
     )
 

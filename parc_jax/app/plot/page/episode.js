@@ -47,7 +47,7 @@ function drawChain(time) {
 
 function words(number, one, time) {
   const next = data.manoeuvres[number + 1], why = latest(data.reasons, time);
-  const kept = why && why[0] > one.begin - 1e-9 ? why : null, waits = time >= one.end - 1e-9;
+  const kept = why && why[0] > one.begin + 1e-9 ? why : null, waits = time >= one.end - 1e-9;
   const then = next ? `Left for manoeuvre ${number + 1} at ${spelled(next.begin)} s.` : "No other one follows in this file.";
   const title = kept || waits ? `${waits ? "At the end of" : "The stop in hand:"} manoeuvre ${number}` : `Manoeuvre ${number}`;
   const n = data.obstacles[number];

@@ -299,18 +299,18 @@ function readAddress() {
   const wanted = new URLSearchParams(location.hash.slice(1)), names = [...wanted.keys()];
   if (!names.length) return;
   const known = { p0: data.n_p, k: data.n_k, t: 1, sample: 1 }, told = {};
-  // nothing of a link counts unless all of it can be read: a number that is left out is no 0, and half a plan is another plan
-  const read = names.every((name) => {
+  // nothing of a link counts unless all of it can be read: a number that is left out is no 0, half a plan is another plan, and of two that are named neither is meant
+  const read = new Set(names).size === names.length && names.every((name) => {
     told[name] = wanted.get(name).split(",").map((text) => (text.trim() ? Number(text) : NaN));
     return told[name].length === known[name] && told[name].every(Number.isFinite);
   });
   const upTo = ([number], last) => Number.isInteger(number) && number >= 0 && number <= last;
   const { p0, k, t = [state.t], sample } = told;
-  if (!read || !upTo(t, model.T) || !(sample ? upTo(sample, data.samples.length - 1) : !p0 === !k)) { state.unread = true; words(); return; }
+  if (!read || !upTo(t, model.T) || !(sample ? !p0 && !k && upTo(sample, data.samples.length - 1) : !p0 === !k)) { state.unread = true; words(); return; }
   Object.assign(state, { t: t[0], unread: false });
   if (sample) select(sample[0]);
-  if (p0 || k) move(p0 || state.p0.slice(), k || state.k);
-  else if (!sample) update();
+  else if (p0) move(p0, k);
+  else update();
 }
 
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
