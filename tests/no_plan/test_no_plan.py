@@ -144,7 +144,7 @@ def test_goal_without_room_is_proved():
         (
             [[0.3, 0.1, 0.1]],
             "proved",
-            "its x is at most 0.5 wide, and the error there is bounded by no less than ±0.3.",
+            "its x is 0.5 wide, and the error there is bounded by no less than ±0.3.",
         ),
         ([[0.3, 0.1, 0.1], [0.1, 0.3, 0.1]], None, "along some axis"),
         ([[np.inf] * 3], "undecided", "no plan keeps to bins of K that have a claim"),
@@ -173,7 +173,7 @@ def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
     shape = (1, line.time.n_steps, 1, 2)
     during = faces(np.broadcast_to(np.eye(2), (*shape, 2)), np.zeros(shape), np.full(shape, 1.0))
     model = told(line, tube=fitted_tube(line.tube.edges, during, at_end))
-    for width, words in ((0.7, None), (0.4, "its x is at most 0.4 wide")):
+    for width, words in ((0.7, None), (0.4, "its x is 0.4 wide")):
         problem = reach_avoid(box([0, -1, -1], [width, 1, 1]), FAR, 0.1)
         said = no_end_fits(scene_of(problem, model))
         assert said is None if words is None else words in said and "±0.25" in said

@@ -297,7 +297,8 @@ def words(
         if s is not None:
             ends = zip(*(map(exact, x) for x in finite_box(s, "uncertainty")), strict=True)
             of = "every obstacle" if len(uncertainty.obstacles) == 1 else f"obstacle {i}"
-            within = ", ".join(f"{rounded_down(lo, 6)} to {rounded_up(hi, 6)}" for lo, hi in ends)
+            # inwards: what holds for more holds for these
+            within = ", ".join(f"{rounded_up(lo, 6)} to {rounded_down(hi, 6)}" for lo, hi in ends)
             parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
     said = "; ".join(parts) or "everything exactly as it was told"

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from parc_jax.common.arrays import once
 from parc_jax.common.sets.hpolytope import HPolytope
-from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
+from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.learning.bound.error_set import at
 from parc_jax.learning.bound.statement import in_box
 from parc_jax.learning.labels import degrees_hint, name_of
@@ -90,9 +90,10 @@ def no_end_fits(scene: Scene) -> str | None:
         )
     if short[:, axis].min() <= 0:
         return f"in every bin of {box} the goal is narrower than the tube's end along some axis."
+    width = exact(round((hi - lo)[axis], DECIMALS))
     return (
-        f"the goal is narrower than the tube at the end: its {_named(model, axis)} is at most "
-        f"{rounded_up(exact((hi - lo)[axis]), 3)} wide, and the error there is bounded by no less "
+        f"the goal is narrower than the tube at the end: its {_named(model, axis)} is "
+        f"{width} wide, and the error there is bounded by no less "
         f"than ±{rounded_down(str(least[axis]), 3)}."
     )
 
