@@ -14,19 +14,19 @@ from parc_jax.bags.recording import (
     Heard,
     frames_of,
     heard,
-    numbers_in,
     pose_in,
     recordings_in,
     stamp_of,
+    told_in,
     value_at,
 )
 from parc_jax.common.arrays import at_least
 from parc_jax.common.errors import InputError, check_kind, naming
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import counted, listed, some_of
+from parc_jax.common.spelling import counted, listed, rounded_up, some_of
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import words_of
+from parc_jax.learning.runs.law import APART
 from parc_jax.learning.runs.loaders import check_k_law, recorded
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.outlines import Footprint
@@ -40,12 +40,13 @@ PARTS_APART = 10.0  # [s] a recording that begins so soon after another's end is
 
 
 class Track(NamedTuple):
-    """Poses of one recording, on one clock. times (m,) [ns], increasing. pose (m, 3): x, y, heading
-    [m, rad], the heading without jumps. more (m, j): further numbers of the messages. frames: of
-    the poses, and of the robot.
+    """Poses of one recording, on one clock. times (m,) [ns], increasing. stamps (m,) [ns]: of
+    headers, 0 where there are none. pose (m, 3): x, y, heading [m, rad], the heading without jumps.
+    more (m, j): further numbers of the messages. frames: of the poses, and of the robot.
     """
 
     times: np.ndarray
+    stamps: np.ndarray
     pose: np.ndarray
     more: np.ndarray
     frames: tuple[str, str]
@@ -53,11 +54,12 @@ class Track(NamedTuple):
 
 class Drive(NamedTuple):
     """What one drive told: its track, and commands (n, c) at times (n,) [ns]. clock: in words.
-    beside: other numbers of its commands, by their paths, as texts.
+    apart: [s] the clocks of both, in the median. beside: what else its commands say, by paths.
     """
 
     name: str
     clock: str
+    apart: float
     beside: dict[str, set[str]]
     where: Track
     times: np.ndarray
@@ -66,11 +68,11 @@ class Drive(NamedTuple):
     def then(self, part: "Drive") -> "Drive":
         """All of it, with a part that goes on with it; what both have stands once."""
         new = part.where.times > self.where.times[-1]
-        tracks = self.where[:3], (x[new] for x in part.where[:3])
-        times, pose, more = map(np.concatenate, zip(*tracks, strict=True))
-        sent = (np.concatenate(both) for both in zip(self[4:], part[4:], strict=True))
-        where = Track(times, _unwrapped(pose), more, self.where.frames)
-        return Drive(part.name, self.clock, self.beside, where, *sent)
+        tracks = self.where[:4], (x[new] for x in part.where[:4])
+        times, stamps, pose, more = map(np.concatenate, zip(*tracks, strict=True))
+        sent = (np.concatenate(both) for both in zip(self[5:], part[5:], strict=True))
+        where = Track(times, stamps, _unwrapped(pose), more, self.where.frames)
+        return Drive(*part[:4], where, *sent)
 
 
 class Windows(NamedTuple):
@@ -138,8 +140,7 @@ def load_bags(
         near = [some for some, x in zip(together, off, strict=True) if -1e9 <= x <= apart * 1e9]
         joined = sorted(chain(*near), key=lambda one: one.where.times[-1])
         if joined:
-            others = listed([one.name for one in joined])
-            LOG.info("%s: goes on with %s: parts of one recording", part.name, others)
+            LOG.info("%s goes on with %s", part.name, listed([one.name for one in joined]))
             part = joined.pop().then(part)
         together = [some for some in together if some not in near] + [[*joined, part]]
     if len(recordings) > 1:
@@ -152,10 +153,11 @@ def load_bags(
     names = [some[-1].name for some in together]
     # whatever else a command says may matter to the robot, too
     paths = sorted({x for part in parts for x in part.beside})
-    differ = [x for x in paths if len(set().union(*(part.beside.get(x, ()) for part in parts))) > 1]
+    differ = [x for x in paths if len(set().union(*(of.beside.get(x, {""}) for of in parts))) > 1]
     beside = f"; {some_of(differ)} differed too, and k does not tell it" if differ else ""
     groups = np.repeat(names, [sum(len(cut.k) for cut in some) for some in cuts])[valid]
     runs = Windows(*(part[valid] for part in runs))
+    clocks, off = sorted({part.clock for part in parts}), max(part.apart for part in parts)
     return recorded(
         path,
         runs.k,
@@ -167,19 +169,22 @@ def load_bags(
         {
             "pose": f"{pose}, {_edges(recordings)}",
             "command": f"{command}, {', '.join(k)}{beside}",
-            "clock": " or ".join(sorted({part.clock for part in parts})),
-            "begin": f"{after:g} s after a new command, an equal one after a pause, or the first",
-            "recordings": f"one where it goes on within {apart:g} s of another's end",
-            "records": f"straight between poses, {bridge:g} s apart at most",
+            "clock": " or ".join(clocks),
+            "begin": f"{after:g} s after a command, new or after a pause",
+            "recordings": f"joined up to {apart:g} s apart",
+            "records": f"straight between poses up to {bridge:g} s apart",
             "cut short": short,
         }
-        | ({"given": f"in the messages of the pose, {', '.join(given)}"} if given else {}),
+        | ({"given": f"with the pose, {', '.join(given)}"} if given else {})
+        | ({"clocks": f"up to {rounded_up(off)}{APART}"} if clocks != ["recorder"] else {})
+        | ({} if robot is None else {"robot": f"corners from 0: {robot.places[1:].tolist()} m"}),
         left_out,
         missed,
         time=time,
         groups=groups,
         rotation=(TURNS,),
-        labels={"k": (*given, *k), "q": ("heading [rad]",)} | words_of(labels),
+        labels=labels,
+        own={"k": (*given, *k), "q": ("heading [rad]",)},
         given=tuple(range(len(given))),
     )
 
@@ -194,10 +199,9 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
         if not np.isfinite(values).all():
             raise InputError(f"{command}: expected finite commands; got one that is not.")
-        beside: dict[str, set[str]] = {}
-        for path, x in (of for h in orders for of in numbers_in(h.message).items()):
-            beside.setdefault(path, set()).add(repr(x))
-        beside = {path: texts for path, texts in beside.items() if path not in k}
+        said = [told_in(h.message) for h in orders]
+        paths = set().union(*said) - {*k}
+        beside = {path: {one.get(path, "") for one in said} for path in paths}
         # one topic may be on the recorder's clock, for want of headers, the other far from it
         topics = ((pose, poses), (command, orders))
         bare = [topic for topic, some in topics if any(h.stamp is None for h in some)]
@@ -208,26 +212,25 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
                 f'are {apart:.3g} s apart, against the recorder. Take clock="recorder", or record '
                 "with one clock."
             )
-    told = f", of {bare[0]} the recorder's, in the median {most:g} s apart at most" if bare else ""
+    told = f", of {bare[0]} the recorder's" if bare else ""
     clock = "recorder" if len(bare) == len(topics) else clock + told * (clock == "header")
-    return Drive(one.name, clock, beside, where, times, values)
+    return Drive(one.resolve().name, clock, apart, beside, where, times, values)
 
 
 def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
     """Refuse two recordings of one drive, which most of the poses of one tell. Raises InputError.
-    Not seen: by the recorder's clock, or where each has poses of its own.
+    Not seen: where each has poses of its own, or neither headers nor one time.
     """
     for one, other in chain(*(product(*both) for both in combinations(together, 2))):
-        a, b = one.where, other.where
-        if max(a.times[0], b.times[0]) > min(a.times[-1], b.times[-1]):
+        both = one.where, other.where  # whatever the clock of the runs: recorders have their own
+        at = [x.stamps if x.stamps.any() else x.times for x in both]
+        if max(x.min() for x in at) > min(x.max() for x in at):
             continue
-        _, i, j = np.intersect1d(a.times, b.times, assume_unique=True, return_indices=True)
         # robots may rest at one place of their frames for long
-        moved, moving = (
-            np.append(False, (np.diff(x.pose[:, :2], axis=0) != 0).any(axis=1)) for x in (a, b)
-        )
-        alike = (a.pose[i, :2] == b.pose[j, :2]).all(axis=1) & moved[i] & moving[j]
-        if 2 * (same := int(alike.sum())) > min(moved.sum(), moving.sum()):
+        moved = [np.append(False, (np.diff(x.pose[:, :2], axis=0) != 0).any(axis=1)) for x in both]
+        rows = (np.c_[x.stamps, x.pose[:, :2]][some] for x, some in zip(both, moved, strict=True))
+        mine, others = ({*map(tuple, x.tolist())} for x in rows)
+        if 2 * (same := len(mine & others)) > min(len(mine), len(others)):
             raise InputError(
                 f"{other.name}: expected recordings of different drives; {counted(same, 'pose')} "
                 f"of it are those of {one.name}, as of two recorders of one robot. Leave one out."
@@ -295,8 +298,9 @@ def track(
     pose = np.array([pose_in(one.message, topic) for one in with_pose])
     rest = np.array([[value_at(one.message, path, topic) for path in more] for one in with_pose])
     rest = rest.reshape(len(with_pose), len(more))
-    again = np.append(False, (np.diff(times) == 0) & (pose[1:] == pose[:-1]).all(axis=1))
-    times, pose, rest = times[~again], pose[~again], rest[~again]  # a repeated message is no error
+    repeated = np.append(False, (np.diff(times) == 0) & (pose[1:] == pose[:-1]).all(axis=1))
+    stamps = np.array([one.stamp or 0 for one in with_pose], np.int64)
+    times, stamps, pose, rest = (x[~repeated] for x in (times, stamps, pose, rest))  # no error
     back = np.flatnonzero(np.diff(times) <= 0)
     if len(back):
         i = int(back[0])
@@ -305,7 +309,7 @@ def track(
             f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
             'Where nobody fills the headers in, take clock="recorder".'
         )
-    return Track(times, _unwrapped(pose), rest, edge)
+    return Track(times, stamps, _unwrapped(pose), rest, edge)
 
 
 def _unwrapped(pose: np.ndarray) -> np.ndarray:
@@ -354,8 +358,7 @@ def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Window
     first = np.flatnonzero(new | pause)
     begin = times[first] + round(after * 1e9)
     following = np.append(times[first][1:], np.iinfo(np.int64).max)
-    at = begin[:, None] + np.round(np.arange(grid.n_record + 1) * grid.dt_record * 1e9)
-    at = at.astype(np.int64)
+    at = begin[:, None] + np.int64(np.round(np.arange(grid.n_record + 1) * grid.dt_record * 1e9))
     pose = _interpolated(where.times, where.pose, at, bridge)
     given = _interpolated(where.times, where.more, begin, bridge)
     ends = np.minimum(following, where.times[-1])

@@ -3,6 +3,7 @@ by their names alone: any library may have decoded it.
 """
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,10 +12,12 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.on_use import package
+from parc_jax.common.spelling import some_of
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
 SHOWN = 12  # topics that an error names
+UNREAD = re.compile(r"\.(bag|mcap|db3)(\.(active|zst|zstd|gz|bz2|lz4|xz|zip|7z))?$", re.I)
 UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no rotation at all
 
 
@@ -33,13 +36,19 @@ def is_bag(path) -> bool:
 
 
 def recordings_in(path) -> list[Path]:
-    """One recording, or all in a folder, in the order of their names. Raises InputError."""
+    """One recording, or all in a folder, by name. Raises InputError, also for one not read."""
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such file.")
     if is_bag(path):
         return [path]
     found = [inside for inside in sorted(path.iterdir()) if is_bag(inside)] if path.is_dir() else []
+    named = (one for one in sorted(path.rglob("*")) if UNREAD.search(one.name))
+    if left := [one.relative_to(path) for one in named if not {one, *one.parents} & {*found}]:
+        raise InputError(
+            f"{path}: expected bags, closed, unpacked and in no sub-folder; got {some_of(left)}. "
+            "Try `rosbag reindex`, and put each beside the others: it may be of a run that failed."
+        )
     if not found:
         raise InputError(
             f"{path}: expected a bag ({', '.join(SUFFIXES)}, or a folder with {METADATA}), or a "
@@ -101,15 +110,15 @@ def value_at(message, path: str, topic: str) -> float:
     raise InputError(f"{topic}: expected a number at {path}; got {', '.join(names_in(found))}.")
 
 
-def numbers_in(message, path: str = "") -> dict[str, float]:
-    """All numbers in a message, by their paths as of `value_at`, but for those of its header."""
-    if isinstance(message, bool | int | float | np.number | np.bool_):
-        return {path: float(message)}
-    names = [name for name in names_in(message) if path or name != "header"]
+def told_in(message, path: str = "") -> dict[str, str]:
+    """Numbers and texts in a message as texts, by paths of `value_at`; of its header the frame."""
+    if isinstance(message, bool | int | float | np.number | np.bool_ | str):
+        return {path: repr(message if isinstance(message, str) else float(message))}
+    names = [name for name in names_in(message) if path != "header" or name == "frame_id"]
     parts = {name: getattr(message, name) for name in names}
     if isinstance(message, list | tuple | np.ndarray):
         parts = {str(i): part for i, part in enumerate(message)}
-    inside = (numbers_in(part, f"{path}.{name}".lstrip(".")) for name, part in parts.items())
+    inside = (told_in(part, f"{path}.{name}".lstrip(".")) for name, part in parts.items())
     return {name: value for some in inside for name, value in some.items()}
 
 

@@ -104,8 +104,21 @@ class Messages:
         return self.make(TF, transforms=[one])
 
 
-def write(path, kind, driven, commands, *, frames=("odom", "base_link"), stamps=None, unit=1.0):
-    """A bag of a drive: /odom, /tf, /cmd_vel. stamps: of /odom [s], where not its times."""
+def write(
+    path,
+    kind,
+    driven,
+    commands,
+    *,
+    frames=("odom", "base_link"),
+    stamps=None,
+    unit=1.0,
+    heads=False,
+    modes=None,
+):
+    """A bag of a drive: /odom, /tf, /cmd_vel. stamps: of /odom [s], where not its times. heads: do
+    commands have headers? modes: (frame, name, effort) of each, which are of joints then.
+    """
     times, poses, speeds, sent = driven
     ros1 = kind == "ros1"
     says = Messages(ros1)
@@ -117,8 +130,17 @@ def write(path, kind, driven, commands, *, frames=("odom", "base_link"), stamps=
         moved = says.transforms(ns(t), pose, frames)
         lines.append((ns(t), "/tf", TF, moved))
     stops = [(0.0, 0.0)] * (len(sent) - len(commands))  # one, or none where it was not sent yet
-    for t, (v, w) in zip(sent, [*commands, *stops], strict=True):
-        lines.append((ns(t), "/cmd_vel", "geometry_msgs/msg/Twist", says.twist(v, w)))
+    for i, (t, (v, w)) in enumerate(zip(sent, [*commands, *stops], strict=True)):
+        name, message = "geometry_msgs/msg/Twist", says.twist(v, w)
+        if heads:
+            name, header = f"{name}Stamped", says.header(ns(t), "base_link")
+            message = says.make(name, header=header, twist=message)
+        if modes is not None:
+            name, (frame, mode, effort) = "sensor_msgs/msg/JointState", modes[i]
+            place, none = np.array([v, w]), np.zeros(0)
+            own = {"name": [mode], "position": place, "velocity": none, "effort": np.array(effort)}
+            message = says.make(name, header=says.header(ns(t), frame), **own)
+        lines.append((ns(t), "/cmd_vel", name, message))
     lines.sort(key=lambda line: line[0])
     put = says.store.serialize_ros1 if ros1 else says.store.serialize_cdr
     if ros1:

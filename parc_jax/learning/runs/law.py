@@ -46,6 +46,7 @@ TO_ALL, TO_TRAINING = "the smallest box of these runs", "the smallest box of the
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
 LEFT = " left out"  # ends the number of windows that are no runs
+APART = " s apart in the median"  # ends how far the clocks of these recordings were
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
 STATED = ("system", "rotation", "given")  # of a subject, what a log does not state
@@ -101,7 +102,7 @@ class LawSpec:
     def cut(self) -> Premises:
         """How its runs were cut out of what was logged; none where nobody says."""
         ours = [pair for pair in self.parameters if pair[0].startswith(OURS)]
-        how = [pair for pair in ours if pair[0] not in (BOX, FITTED) and not pair[1].endswith(LEFT)]
+        how = [x for x in ours if x[0] not in (BOX, FITTED) and not x[1].endswith((LEFT, APART))]
         return premises((name.removeprefix(OURS), MEASURED, value) for name, value in how)
 
     def describe(self) -> str:

@@ -136,19 +136,8 @@ def _assemble(
         _check_columns(path, read["p"], named)
         if len(named) > 1:  # a name per coordinate of every point
             del read["p"]
-    about = about | {"labels": read | words_of(about["labels"])}
-    batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
-    for part, own in read.items():
-        told, names = getattr(batch.subject.labels, part), [name_of(x) for x in own]
-        for x, y in zip(own, told, strict=False):
-            if part == "k" and name_of(x) != name_of(y):
-                check_parameters(path, k[:0, :1], [x])
-            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in {*names} - {name_of(x)}:
-                raise InputError(
-                    f"{path}: expected a label of {part} for the column {x!r}, in its unit and "
-                    f"with no other's name; got {y!r}."
-                )
-    return batch
+    about = about | {"time": time, "groups": groups, "own": read}
+    return recorded(path, k, p, q, named, domain, k_law, **about)
 
 
 def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) -> None:
@@ -206,12 +195,14 @@ def recorded(
     cut: Mapping[str, str] | None = None,
     left_out: Mapping[str, int] | None = None,
     missed: str = "",
+    own: Mapping[str, Sequence[str]] | None = None,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
     were made of what was logged, by name, for their law; left_out: how many were not, by the
-    reason; missed: how many K left out, in words. about: as of `rollout_batch`. Raises InputError.
+    reason; missed: how many K left out, in words. own: labels of its columns, which others keep to.
+    about: as of `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
     fitted = {FITTED: f"as declared, which {missed} miss"} if missed else {}
@@ -219,11 +210,22 @@ def recorded(
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
-    law = law_spec(f"{LOG}{printable(Path(owner).name)}", domain, k_law, fitted)
+    law = law_spec(f"{LOG}{printable(Path(owner).resolve().name)}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
+    about["labels"] = {**(own or {})} | words_of(about.get("labels"))
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
     check_parameters(owner, batch.k, batch.subject.labels.k)
+    for part, columns in (own or {}).items():
+        told, names = getattr(batch.subject.labels, part), [name_of(x) for x in columns]
+        for x, y in zip(columns, told, strict=False):
+            if part == "k" and name_of(x) != name_of(y):
+                check_parameters(owner, k[:0, :1], [x])
+            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in {*names} - {name_of(x)}:
+                raise InputError(
+                    f"{owner}: expected a label of {part} for the column {x!r}, in its unit and "
+                    f"with no other's name; got {y!r}."
+                )
     _check_turns(owner, batch)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
