@@ -126,7 +126,7 @@ class Problem:
 
     def told_for(self, steps: int) -> int:
         """Of so many steps the first ones, in which all that moves is told of: up to the end of a
-        span whose mover does not go on; 0 without the first part of one, nowhere before it.
+        span whose mover does not go on; 0 without a mover's first part: before that it is nowhere.
         """
         spans = list(filter(None, self.all_spans))
         begun = {(span.mover, span[0]) for span in spans if span.mover}
