@@ -79,12 +79,13 @@ def about_obstacles(problem: Problem, time: TimeGrid) -> str:
     rests = " ".join([rests, *(f"Not any more: what is in the way {words}." for words in over)])
     if not some:
         return rests
+    until = rounded_down(Fraction(time.dt) * problem.told_for(time.n_steps), 4)
     moments = [x.at for x in told if x.at is not None]
     begins = f" that begins at {float(moments[0])!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
-        f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} alone: nothing "
-        f"is said of them at other times. {rests}"
+        f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} alone, until "
+        f"{until} s of it at least: nothing is said of them at other times. {rests}"
     ).rstrip()
 
 

@@ -124,6 +124,16 @@ class Problem:
         """`spans`, one entry per obstacle also if none were given."""
         return self.spans or (None,) * len(self.obstacles)
 
+    def told_for(self, steps: int) -> int:
+        """Of so many steps the first ones, in which all that moves is told of: up to the end of a
+        span whose mover does not go on; 0 without a mover's first part: before that it is nowhere.
+        """
+        spans = list(filter(None, self.all_spans))
+        begun = {(span.mover, span[0]) for span in spans if span.mover}
+        ends = [span[1] + 1 for span in spans if (span.mover, span[1] + 1) not in begun]
+        ends += [0 for span in spans if span.mover and span.told_from not in begun]
+        return min([steps, *ends])
+
     @property
     def rests_on(self) -> Counter[str]:
         """What obstacles rest on, as of `together`, each with the most that exist at a time."""

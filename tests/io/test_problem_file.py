@@ -93,9 +93,9 @@ WRONG = [
     ("steps = [0, 3]", "steps = [3, 0]", "0 <= first <= last"),
     ("steps = [0, 3]", "steps = 3", "whole numbers 0 <= first <= last"),
     ("steps = [0, 3]", "steps = [true, true]", "whole numbers 0 <= first <= last"),
-    ("steps = [0, 3]", "steps = [0, 3]\nedge = 'xyz'", "edge: expected text as a saved scene has"),
-    ("steps = [0, 3]", "steps = [0, 3]\nedge = ' 0 nan'", "edge: expected text as a saved scene"),
-    ("steps = [0, 3]", "steps = [0, 3]\nedge = 1", "edge: expected text as a saved scene has it"),
+    ("steps = [0, 3]", "steps = [0, 3]\nedge = 'xyz'", "edge: expected text of a saved scene"),
+    ("steps = [0, 3]", "steps = [0, 3]\nedge = ' 0 nan'", "edge: expected text of a saved scene"),
+    ("steps = [0, 3]", "steps = [0, 3]\nedge = 1", "edge: expected text of a saved scene, not"),
     ("steps = [0, 3]", "steps = [0, 3]\nat = '1'", "obstacle 0 at: expected finite numbers"),
     ("steps = [0, 3]", "steps = [0, 3]\nsaid = 1", "obstacle 0: span: said: expected text"),
     # what is told of some intervals alone was dropped without them

@@ -3,6 +3,7 @@ hides, until it is seen free again. A world that stands still loses next to noth
 """
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -177,3 +178,59 @@ def test_who_came_stays_out_of_what_is_remembered_after_forgetting():
     assert not known.add(yard(came)).forget().region.intersects(person)
     older = yard().forget().add(yard()).add(yard(came)).forget()
     assert not older.region.intersects(person)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-300, 1e-12])
+def test_a_lidar_without_any_error_notices_who_comes_too(noise):
+    """What has no size has no place within another: a hit never is so small."""
+    angles, told = np.linspace(-1.5, 1.5, 301), {"max_range": 4.0, "noise": noise, "width": WIDTH}
+    came = np.full(301, 4.0)
+    came[140:161] = 2.0
+    free = seen_from((0, 0, 0), angles, np.full(301, 4.0), **told)
+    now = free.add(seen_from((0, 0, 0), angles, came, **told))
+    assert now.refuting == 21 and now.gone.contains(shapely.Point(3.0, 0.0))
+    assert not now.region.intersects(shapely.box(2.0, -0.1, 3.5, 0.1))
+
+
+def test_the_least_drift_leaves_what_is_gone_as_it_was():
+    came = FreeSpace(shapely.box(-9, -9, 9, 9), gone=shapely.box(1, 0, 2, 1))
+    assert came.drifted((0, 0), 1e-300, 0.0).gone.contains(shapely.box(1, 0, 2, 1))
+
+
+@pytest.mark.parametrize(("moved", "turned"), [(0.0, 0.0), (0.0, 0.02), (0.0, 0.05), (0.03, 0.03)])
+@pytest.mark.parametrize("far", [2.5, 8.0])
+def test_who_came_is_noticed_by_a_scan_whose_frame_has_drifted_since(far, moved, turned):
+    """Also beyond the part that the scan proves free by itself, and away from the sensor's axis."""
+    angles, about = np.linspace(-np.pi, np.pi, 361)[:-1], np.array([0.0, -1.0])
+    told = {"max_range": 12.0, "noise": 0.01, "width": 0.1}
+    memory, none = free_place(BODY), np.full(360, 12.0)
+    for x in np.arange(0, 8.1, 0.5):
+        memory = memory.add(seen_from([x, 0, 0], angles, none, **told))
+    center, size = np.array([far, 0.3]), 0.25
+    along = np.cos(angles) * center[0] + np.sin(angles) * center[1]
+    inner = along**2 - center @ center + size**2
+    near = along - np.sqrt(np.maximum(inner, 0.0))
+    came = seen_from([0, 0, 0], angles, np.where((inner >= 0) & (along > 0), near, none), **told)
+    now = memory.drifted(about, moved, turned).add(came.drifted(about, moved, turned))
+    assert now.refuting and not now.region.is_empty
+    for off, way in zip(np.linspace(-turned, turned, 9), np.linspace(0, 6, 9), strict=True):
+        turn = np.array([[np.cos(off), -np.sin(off)], [np.sin(off), np.cos(off)]])
+        there = turn @ (center - about) + about + moved * np.array([np.cos(way), np.sin(way)])
+        assert now.region.intersection(shapely.Point(there).buffer(size)).area < 1e-9
+
+
+def test_a_scan_that_frees_nothing_any_more_still_refutes_after_a_drift():
+    """All beams end near by: nothing is left of what it freed, and its hits are where they are."""
+    angles, told = np.linspace(-1.5, 1.5, 301), {"max_range": 4.0, "noise": 0.01, "width": WIDTH}
+    now = seen_from((0, 0, 0), angles, np.full(301, 0.3), **told)
+    empty = replace(now, region=shapely.Polygon())
+    left = FreeSpace(yard().region, WIDTH).add(empty.drifted((0, 0), 0.05, 0.0))
+    assert left.refuting and left.region.contains(shapely.Point(0.23, 0.0))
+    assert not left.region.intersects(shapely.Point(0.245, 0.0))
+
+
+def test_of_what_is_not_free_any_more_no_drift_is_told():
+    gone = FreeSpace(shapely.box(0, 0, 1, 1), gone=shapely.box(3, 3, 4, 4)).drifted((0, 0), 2, 0.1)
+    assert gone.region.is_empty and gone.drift == (0, 0)
+    assert gone.add(yard()).drift == (0, 0)
+    assert yard().drifted((0, 0), 0.01, 0.002).drift == (Fraction("0.01"), Fraction("0.002"))

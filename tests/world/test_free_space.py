@@ -604,3 +604,37 @@ def test_what_stands_on_a_map_is_no_hole_that_the_assumption_of_a_scan_fills():
     both = free.add(seen).add(seen)
     assert not both.region.intersects(post) and both.region.area > free.region.area - 1e-9
     assert both.width == 0.2  # on which the scans rest
+
+
+RING = [(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3), (-0.3, -0.3)]
+ROOM = shapely.Polygon(RING)
+BOWTIE = shapely.Polygon([(0, 0), (2, 2), (2, 0), (0, 2)])
+
+
+@pytest.mark.parametrize(
+    ("region", "got"),
+    [
+        (shapely.LinearRing(RING), "got LINEARRING"),
+        (shapely.LineString(RING), "got LINESTRING"),
+        (shapely.MultiPoint(RING), "got MULTIPOINT"),
+        (shapely.GeometryCollection([shapely.MultiPolygon([ROOM])]), "got GEOMETRYCOLLECTION"),
+        (BOWTIE, r"got POLYGON \(\(0 0, 2 2"),
+        (shapely.MultiPolygon([ROOM, shapely.box(0, 0, 1, 1)]), "got MULTIPOLYGON"),
+        (None, "got None"),
+    ],
+)
+def test_only_valid_areas_are_free_space(region, got):
+    """Of others the sides are not found, and nobody would be kept inside."""
+    with pytest.raises(InputError, match=f"free space: expected a valid Polygon or .*; {got}"):
+        FreeSpace(region)
+    if region is not None:
+        edges = [replace(one, region=region) for one in FreeSpace(ROOM).obstacles()]
+        with pytest.raises(InputError, match=f"obstacles: expected a valid Polygon .*; {got}"):
+            edges[0].require_all(edges)
+
+
+def test_far_away_is_no_free_space_where_floats_round_by_more_than_is_allowed_for():
+    with pytest.raises(InputError, match="free space: expected finite coordinates up to 100000 m"):
+        FreeSpace(shapely.box(0, 0, 1e7, 1))
+    with pytest.raises(InputError, match="free space: expected finite coordinates up to 100000 m"):
+        seen_from((0, 0, 0), [-0.1, 0.1], [1e7, 1e7], max_range=1e7, noise=0.0, width=1e7)

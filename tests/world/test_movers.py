@@ -137,10 +137,25 @@ def test_until_a_moment_nobody_is_an_obstacle_later():
     told = pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, 0.0, until=0.35)
     assert told.until == pytest.approx(0.4) and told.spans[-1][1] == 3
     assert told.said.startswith("Until 0.4 s after the pose at 0 s, against 1 mover. Movers")
-    assert "which is DECLARED, not shown, if they ignore the robot" in told.said
+    because = "DECLARED, not shown here: that no run leaves the tube, because this test declares it"
+    assert f"each stays in its tube ({because}), if they ignore the robot" in told.said
     asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
     law = told.said.partition("1 mover. ")[2]
     assert f"Of at most 1 at a time: {law}" in about_obstacles(asked, ROBOT)
+    assert "of a plan that begins at 0.0 s of a clock alone, until 0.4 s of it at least: noth" in (
+        about_obstacles(asked, ROBOT)
+    )
+
+
+def test_the_reason_of_a_declared_tube_is_told_whole():
+    model = straight()
+    why = "measured in one hall, on dry floor, of adults alone"
+    named = model.labels._asdict()
+    claim = pj.learning.declared_claim(model.tube, why, model.net, GRID, labels=named)
+    declared = pj.learning.trajectory_model(model.net, claim)
+    told = pj.problem.mover_obstacles(declared, [mover(0.0)], 0.4, ROBOT, 0.0)
+    assert f"because {why}), if they ignore" in told.said
+    assert all(f"because {why}), if they ignore" in span.said for span in told.spans)
 
 
 def test_tracks_with_gaps_and_jumps_are_refused():

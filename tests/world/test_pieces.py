@@ -95,6 +95,11 @@ def test_geojson_and_lines_are_read():
         ([[0, 0], [np.nan, 1], [1, 0]], "expected finite numbers"),
         ({"type": "Point", "coordinates": [0, 0]}, "expected polygons and lines; got a Point"),
         ({"kind": "Polygon"}, "expected a GeoJSON geometry"),
+        ({"type": "Feature", "geometry": None}, "expected places; geometry of feature 0 is null"),
+        (
+            {"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": None}] * 2},
+            "expected places; geometry of feature 0 is null",
+        ),
         ({"type": "FeatureCollection", "features": []}, "expected at least one polygon or line"),
         ([[0, 0], [1e6, 0], [0, 1]], "coordinates up to 100000 m"),
     ],

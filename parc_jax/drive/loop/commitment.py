@@ -107,15 +107,9 @@ class Commitment(Sealed):
 
     @property
     def told_until(self) -> Fraction:
-        """[s] of the clock up to which all that moves is told of: its end, or earlier where an
-        obstacle with a span ends whose `Span.mover` does not go on, or its begin where the first
-        part of a mover is not there; before its first one it is nowhere.
-        """
-        time, spans = self.asked.model.time, list(filter(None, self.asked.problem.all_spans))
-        begun = {(span.mover, span[0]) for span in spans if span.mover}
-        ends = [span[1] + 1 for span in spans if (span.mover, span[1] + 1) not in begun]
-        ends += [0 for span in spans if span.mover and span.told_from not in begun]
-        return self.begin + Fraction(time.dt) * min([time.n_steps, *ends])
+        """[s] of the clock up to which all that moves is told of, as of `Problem.told_for`."""
+        time = self.asked.model.time
+        return self.begin + Fraction(time.dt) * self.asked.problem.told_for(time.n_steps)
 
     @property
     def others_left(self) -> str:

@@ -15,7 +15,8 @@ from parc_jax.common.on_use import Late, package
 from parc_jax.common.said import slot
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.common.tolerances import TOLERANCES
-from parc_jax.problem.world.outlines import Edge, place_of, require_near, sides_of, thin_pieces
+from parc_jax.problem.world import outlines
+from parc_jax.problem.world.outlines import Edge, place_of, sides_of, thin_pieces
 
 CALL = "free space"
 shapely = Late("shapely", CALL)
@@ -69,18 +70,19 @@ class Beams:
             gone = region.intersection(shapely.union_all([behind, *discs[came]]))
         return shapely.union_all(discs[~came]), gone, int(came.sum())
 
-    def drifted(self, by: float) -> "Beams":
-        """The same beams with a place that is less certain by so much [m]."""
-        return replace(self, grown=self.grown + by, off=self.off + by)
+    def drifted(self, place: np.ndarray, moved: float, turned: float) -> "Beams":
+        """The same beams with a pose that is less certain by so much, as of `FreeSpace.drifted`."""
+        moved += turned * np.hypot(*(self.place - place[:2]))
+        off = self.off + moved + turned * np.where(np.isfinite(self.ends), self.ends, 0.0)
+        more = int(np.ceil(turned / np.diff(self.angles).min()))
+        kept = {"reach": -self._most(-self.reach, more), "more": self.more + more}
+        return replace(self, off=off, grown=self.grown + moved, **kept)
 
     def _behind(self, region: "shapely.Geometry", dark: np.ndarray) -> "shapely.Geometry":
         """The area beyond the free part, in the gaps beside beams (n,) bool."""
         if self.closed:  # the first beam stands at both ends
             dark[[0, -1]] = dark[0] | dark[-1]
-        for _ in range(self.more):
-            ring = np.pad(dark[:-1] if self.closed else dark, 1, "wrap" if self.closed else "edge")
-            wider = ring[:-2] | ring[1:-1] | ring[2:]
-            dark = np.append(wider, wider[0]) if self.closed else wider
+        dark = self._most(dark, self.more)
         gaps = np.flatnonzero(dark[:-1] | dark[1:])
         x0, y0, x1, y1 = region.bounds
         beyond = np.abs([[x0, y0], [x1, y1]] - self.place).max(axis=0)
@@ -96,6 +98,12 @@ class Beams:
             inner = self._at(self.reach)[[i + 1, i]]
             parts.append(shapely.Polygon(np.concatenate([outer, inner])))
         return shapely.union_all(parts)
+
+    def _most(self, of: np.ndarray, by: int) -> np.ndarray:
+        """(n,) the largest of each beam and of so many to either side."""
+        by, mode = min(by, len(of)), "wrap" if self.closed else "edge"
+        wide = np.pad(of[: len(of) - self.closed], (by, by + self.closed), mode)
+        return np.lib.stride_tricks.sliding_window_view(wide, 2 * by + 1).max(axis=1)
 
     def _at(self, ranges: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         along = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=1)
@@ -122,7 +130,7 @@ class FreeSpace:
     """A closed region of the plane that is truly free of (static) obstacles: from a lidar
     (`seen_from`), under the body (`free_place`), of a map (`GridMap.free_space`), and unions.
 
-    region: a Shapely Polygon or MultiPolygon [m].
+    region: a valid Shapely Polygon or MultiPolygon [m]; others raise InputError.
     width: [m] least width of an obstacle, as in `seen_from`; 0 without an assumption.
     gone: area that was refuted, and not measured free since.
     standing: what is not free on a map, nor was measured free since: no hole that may be filled.
@@ -136,8 +144,8 @@ class FreeSpace:
 
     region: Any
     width: float = 0.0
-    gone: Any = None
-    standing: Any = None
+    gone: Any = field(default_factory=lambda: shapely.Polygon())
+    standing: Any = field(default_factory=lambda: shapely.Polygon())
     refuting: int = 0
     beams: Beams | None = field(default=None, repr=False)
     newer: "FreeSpace | None" = field(default=None, repr=False)
@@ -146,9 +154,7 @@ class FreeSpace:
     drift: tuple[Fraction, ...] = field(default=(Fraction(0),) * 2, repr=False)
 
     def __post_init__(self):
-        for name in ("gone", "standing"):
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, shapely.Polygon())
+        outlines.require_areas(CALL, self.region)
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
@@ -176,9 +182,8 @@ class FreeSpace:
             if not away.is_empty:
                 region = _areas(region.difference(away))
         newer, width = self.newer and self.newer.add(other), max(widths, default=0.0)
-        kept = {"newer": newer, "memory": True, "bounds": _ends(self.bounds, other.bounds)}
-        kept["drift"] = tuple(map(max, self.drift, other.drift))
-        return FreeSpace(region, width, gone, standing, some + more, **kept)
+        told = _ends(self.bounds, other.bounds), tuple(map(max, self.drift, other.drift))
+        return FreeSpace(region, width, gone, standing, some + more, None, newer, True, *told)
 
     def forget(self) -> "FreeSpace":
         """What was seen since the last call alone is free, all of it at the first call: called
@@ -223,28 +228,24 @@ class FreeSpace:
         turned: [rad] bound. Far parts lose more: restrict it first (`within`). Raises InputError.
         """
         middle = shapely.Point(place_of(place))
-        along, across = (
-            at_least(f"{CALL} moved", most) for most in np.broadcast_to(moved, 2).tolist()
-        )
+        along, across = (at_least(f"{CALL} moved", x) for x in np.broadcast_to(moved, 2).tolist())
         turned = at_least(f"{CALL} turned", turned)
-        if self.region.is_empty and self.gone.is_empty and self.standing.is_empty:
-            return self
         newer = self.newer and self.newer.drifted(place, moved, turned)
         if along == across:
             place = [middle.x, middle.y, 0.0]
         place = as_float64("place (x, y, heading)", place, (3,))
         region = _shifted(self.region, place, along, across)
-        told = (self.region, self.gone, self.standing)
-        far = max(middle.hausdorff_distance(one.convex_hull) for one in told if one)
+        far = [middle.hausdorff_distance(x.convex_hull) for x in (self.gone, self.standing) if x]
         if turned and not region.is_empty:
             by = turned * middle.hausdorff_distance(region.convex_hull) + TOLERANCES.outline
             region = shrunk(region, by, 0.0)
-        most = max(along, across) + turned * far
-        gone, standing = (x.buffer(ROUND * most, quad_segs=4) for x in (self.gone, self.standing))
-        beams = None if self.beams is None or self.beams is STANDS else self.beams.drifted(most)
+        most = max(along, across)
+        by = ROUND * (most + turned * max(far, default=0.0) + TOLERANCES.outline)
+        gone, standing = (x.buffer(by, quad_segs=4) for x in (self.gone, self.standing))
+        beams = x if (x := self.beams) in (None, STANDS) else x.drifted(place, most, turned)
         bounds = _ends(self.bounds, {"moved": (along, across), "turned": (turned,)})
-        least = min(along, across), turned
-        drift = tuple(x + Fraction(exact(y)) for x, y in zip(self.drift, least, strict=True))
+        since = zip(self.drift, (min(along, across), turned), strict=True)
+        drift = tuple(bool(region) * (x + Fraction(exact(y))) for x, y in since)
         told = {"gone": gone, "standing": standing, "beams": beams, "newer": newer}
         return replace(self, region=region, bounds=bounds, drift=drift, **told)
 
@@ -356,8 +357,9 @@ def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     flat = np.diag([across / along, 1.0]) @ turn
     seen = shapely.transform(region, lambda places: (places - middle) @ flat.T)
-    back = np.linalg.inv(flat)
-    return shapely.transform(shrunk(seen, across, 0.0), lambda places: places @ back.T + middle)
+    back, left = np.linalg.inv(flat), shrunk(seen, across, 0.0)
+    left = shapely.transform(left, lambda places: places @ back.T + middle)
+    return left if left.is_valid else shapely.Polygon()
 
 
 def _areas(geometry: "shapely.Geometry"):
@@ -391,5 +393,5 @@ def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tup
 
 def _corners(corners: npt.ArrayLike) -> np.ndarray:
     corners = as_float64("corners of the body", corners, (None, 2))
-    require_near("corners of the body", corners)
+    outlines.require_near("corners of the body", corners)
     return corners

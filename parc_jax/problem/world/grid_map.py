@@ -51,12 +51,10 @@ class GridMap:
                 )
             off = place_of(place) - (x, y)
             column, row = np.array([c * off[0] + s * off[1], c * off[1] - s * off[0]])
-            for axis, (middle, count) in enumerate(
-                zip((row, column), self.free.shape, strict=True)
-            ):
+            for axis, (middle, n) in enumerate(zip((row, column), self.free.shape, strict=True)):
                 ends = np.array([middle - reach, middle + reach]) / self.resolution
-                first, last = np.clip([np.floor(ends[0]), np.ceil(ends[1])], 0, count).astype(int)
-                if not 0 <= middle <= count * self.resolution:
+                first, last = np.clip([np.floor(ends[0]), np.ceil(ends[1])], 0, n).astype(int)
+                if not 0 <= middle <= n * self.resolution:
                     raise InputError(
                         f"map: expected a place on the map; ({off[0] + x:g}, {off[1] + y:g}) is "
                         f"outside of its {self.free.shape} cells."
@@ -64,7 +62,7 @@ class GridMap:
                 spans[axis] = slice(first, last)
         found = _rectangles(self.free[*spans]) + np.repeat([one.start for one in spans], 2)
         boxes = shapely.box(found[:, 2], found[:, 0], found[:, 3], found[:, 1])
-        region = shapely.union_all(boxes)  # of whole numbers: exact
+        region = shapely.union_all(boxes) or shapely.Polygon()  # of whole numbers: exact
         turn = self.resolution * np.array([[c, s], [-s, c]])
         window = shapely.box(spans[1].start, spans[0].start, spans[1].stop, spans[0].stop)
         region, window = (

@@ -225,7 +225,7 @@ def mover_obstacles(
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
     some = counted(n, "mover")
     if eps is None:
-        held = f"each stays in its tube, which is {str(p['tube']).partition(',')[0]}, not shown"
+        held = f"each stays in its tube ({str(p['tube']).removesuffix('.')})"
     else:
         if EVENLY not in str(model.claim.law.cut):
             raise InputError(

@@ -71,6 +71,13 @@ def require_near(name: str, places: np.ndarray) -> None:
         )
 
 
+def require_areas(name: str, region: Any) -> None:
+    """Raises InputError for what is no valid Shapely Polygon or MultiPolygon near the origin."""
+    if getattr(region, "geom_type", "") not in ("Polygon", "MultiPolygon") or not region.is_valid:
+        raise InputError(f"{name}: expected a valid Polygon or MultiPolygon; got {region!s:.60}.")
+    require_near(name, shapely.get_coordinates(region))
+
+
 def place_of(place: npt.ArrayLike) -> np.ndarray:
     """(2,) [m] of x, y, or of a pose with a heading. Raises InputError."""
     found = as_float64("place (x, y)", place, (None,))
@@ -117,7 +124,10 @@ def _read(name: str, value: object):
     features = value.get("features", [value])
     kinds = f"a GeoJSON geometry, feature or collection, not {value!r:.60}"
     with reading(name, kinds, Exception):  # whatever Shapely makes of a foreign dict
-        shapes = [shapely.geometry.shape(one.get("geometry", one)) for one in features]
+        told = [one.get("geometry", one) for one in features]
+        if none := [i for i, one in enumerate(told) if one is None]:
+            raise InputError(f"{name}: expected places; geometry of feature {none[0]} is null.")
+        shapes = [shapely.geometry.shape(one) for one in told]
     return shapely.GeometryCollection(shapes)
 
 
@@ -188,9 +198,10 @@ class Edge(HPolytope):
         return f"{free}; beyond them nothing is told{wide}{told}."
 
     def require_all(self, edges: "list[Edge]") -> None:
-        """Raises InputError unless these, of one region, cover its boundary. [T41]"""
+        """Raises InputError unless these, of one region, valid, cover its boundary. [T41]"""
         if self.region is None:
             return
+        require_areas("obstacles", self.region)
         sides = sides_of(self.region)
         had, rows = {x.A.tobytes() + x.b.tobytes() for x in edges}, zip(*_thin(sides), strict=True)
         left = sides[[A.tobytes() + b.tobytes() not in had for A, b in rows]]
@@ -214,9 +225,7 @@ def edge_of(obstacle: HPolytope, written: str | None) -> HPolytope:
     """The obstacle as the edge that was written so; itself for None. Raises InputError."""
     if written is None:
         return obstacle
-    with reading(
-        "edge", f"text as a saved scene has it, not {written!r:.40}", shapely.GEOSException
-    ):
+    with reading("edge", f"text of a saved scene, not {written!r:.40}", shapely.GEOSException):
         edge, _, told = written.partition("; ")
         wkb, _, width = edge.partition(" ")
         if not 0 <= (wide := float(width or 0)) < np.inf:
@@ -333,9 +342,7 @@ def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
     (polygon,) = outlines("footprint", corners)
     names = [f"corner {i}" for i in range(len(corners))]
     named = dict(zip(map(tuple, corners.tolist()), names, strict=True))
-    parts = [
-        Part(tuple(named[corner] for corner in part), Disc(0.0)) for part in convex_parts(polygon)
-    ]
+    parts = [Part(tuple(named[x] for x in part), Disc(0.0)) for part in convex_parts(polygon)]
     places = np.concatenate([np.zeros((1, 2)), corners])
     points = (BASE, *names)
     known = tuple((name, *place) for name, place in zip(points, places.tolist(), strict=True))

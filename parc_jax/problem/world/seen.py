@@ -74,12 +74,10 @@ def seen_from(
         )
     least = {"ranges >= 0 m": ranges.min(), "noise >= 0": noise, "angle_error >= 0": angle_error}
     least |= {"tolerance >= 0": tolerance, "uncertainty >= 0": min(moved, turned)}
+    least |= {"max_range > 0 m": max_range, "width > 0 m": width}
     for condition, value in least.items():
-        if not value >= 0:
+        if not (value > 0 or (value == 0 and ">=" in condition)):
             raise InputError(f"{CALL}: expected {condition}; got {value:g}.")
-    for name, value in {"max_range": max_range, "width": width}.items():
-        if not value > 0:
-            raise InputError(f"{CALL}: expected {name} > 0 m; got {value:g}.")
     if len(far := np.unique(ranges[ranges > max_range + noise])) > 1:
         # what is cut to max_range says free: never of numbers that may be of another unit
         few = (ranges[ranges > 0] >= far[0]).mean() < 0.5 or far[-1] < FAR * max_range
@@ -97,7 +95,8 @@ def seen_from(
     reach = _between(angles, sure, told, angle_error, more, width, closed)
     ends = np.where(ends + noise < reach, np.inf, ends)  # false: nothing stands there
     star = _star(pose, angles, reach, closed)
-    off = noise + moved + (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
+    off = (angle_error + turned) * np.where(np.isfinite(ends), ends, 0.0)
+    off += noise + moved + TOLERANCES.outline  # never nothing: what has no size is in no region
     beams = Beams(pose[:2], pose[2] + angles, reach, ends, off, moved, more, closed)
     told = {"noise": noise, "angle_error": angle_error, "place": moved, "heading": turned}
     told["max_range"] = max_range
