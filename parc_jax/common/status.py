@@ -1,6 +1,6 @@
 """The state at the end of a query."""
 
-from enum import Enum, IntEnum
+from enum import Enum
 
 
 class Told(Enum):
@@ -59,18 +59,3 @@ class Ended(Told):
     def sentence(self) -> str:
         """For people."""
         return f"Search: ended by its {self}, {self.text}."
-
-
-class OfRegion(IntEnum):
-    """The verdict on a region of K."""
-
-    SAFE = 0
-    NOT_FOUND = 1
-    UNREACHABLE = 2
-
-    def text(self, doubt: bool = False) -> str:
-        """For people. doubt: of plans for all that is uncertain."""
-        none = "no plan with this tube"
-        none = f"{none} can be shown to withstand what is uncertain" if doubt else none
-        told = "safe plan found", "no safe plan found", f"{none}, in float64"
-        return told[self]

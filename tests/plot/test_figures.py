@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
 from parc_jax.app.plot import film, shapes
-from parc_jax.app.plot.regions import region_verdicts, regions
+from parc_jax.app.plot.regions import regions, safe_regions
 from parc_jax.app.plot.samples import samples
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
@@ -99,7 +99,7 @@ def test_a_picture_is_of_one_answer(answer):
     K = answer.model.domain
     part = enumerate_regions(answer.model.net, box(K.lo, K.lo + 0.5 * (K.hi - K.lo)))
     with pytest.raises(InputError, match="those of the answer's network over its K"):
-        region_verdicts(answer, part)
+        safe_regions(answer, part)
 
 
 def test_what_is_drawn_under_an_uncertainty_is_called_that():

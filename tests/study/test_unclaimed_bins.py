@@ -9,11 +9,11 @@ from toy_models import model_of
 
 from benchmarks.neuralparc import Published
 from parc_jax import checker
-from parc_jax.app.plot.regions import region_verdicts
+from parc_jax.app.plot.regions import safe_regions
 from parc_jax.app.study.report import final_error
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import from_box
-from parc_jax.common.status import OfRegion, Status
+from parc_jax.common.status import Status
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import NO_CLAIM
@@ -54,9 +54,7 @@ def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     assert checker.main([str(answer.save(tmp_path / "answer.json"))]) == 0
     assert np.isfinite(answer.scene.slack) and answer.scene.slack < 1e-9
     np.testing.assert_array_equal(final_error(half), [0.01, 0.01])
-    assert (
-        region_verdicts(answer, planner.regions)[0] != OfRegion.NOT_FOUND
-    )  # its one region holds safe plans
+    assert safe_regions(answer, planner.regions)[0]  # its one region holds safe plans
 
 
 def test_a_model_without_any_claim_says_so_before_it_looks():

@@ -6,7 +6,7 @@ draws on `to`: None (a new figure is returned), a path (it is also saved there, 
 matplotlib Axes.
 
 samples  safe plans in the workspace, with their true runs
-regions  the regions of K by verdict and by time; `region_verdicts` gives the verdict of each
+regions  the regions of K, those with safe plans apart; `safe_regions` tells which they are
 
 `film.film` films a plan or an episode, `page.write_page` writes its page, `style.save` a figure.
 """
