@@ -80,10 +80,8 @@ def _check_own(
     path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
 ) -> None:
     """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
-    K = batch.domain
-    on_K = domain is None or np.array_equal([domain.lo, domain.hi], [K.lo, K.hi])
-    on_grid = time is None or time == batch.time
-    for name, value, same in (("time", time, on_grid), ("domain", domain, on_K)):
+    on_K = domain is None or domain.text == batch.domain.text
+    for name, value, same in (("time", time, time in (None, batch.time)), ("domain", domain, on_K)):
         if not same:
             raise InputError(
                 f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
@@ -139,15 +137,10 @@ def _assemble(
     about = about | {"labels": read | words_of(about["labels"])}
     batch = recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
     for part, own in read.items():
-        told, names = getattr(batch.subject.labels, part), [name_of(x) for x in own]
-        for x, y in zip(own, told, strict=False):
-            if part == "k" and name_of(x) != name_of(y):
-                check_parameters(path, k[:0, :1], [x])
-            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in {*names} - {name_of(x)}:
-                raise InputError(
-                    f"{path}: expected a label of {part} for the column {x!r}, in its unit and "
-                    f"with no other's name; got {y!r}."
-                )
+        told = [*zip(own, getattr(batch.subject.labels, part), strict=False)] * (part == "k")
+        renamed = [x for x, y in told if name_of(x) != name_of(y)]
+        check_parameters(path, k[:0, : len(renamed)], renamed)
+        batch.subject.check_renamed(path, part, own)
     return batch
 
 
