@@ -289,11 +289,11 @@ def summary(answer, drawn: str) -> str:
     # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
     tested = answer.validation and answer.validation.answer
     assumed = dict.fromkeys(
-        f"tube ({str(entry.value).partition(':')[0]})" if entry.name == "tube" else entry.name
+        {"law": "LAW", "tube": f"tube ({str(e.value).partition(':')[0]})"}.get(e.name, e.name)
         for one in (claim, *([tested.model.claim] if tested else []))
-        for entry in one.premises
+        for e in one.premises
         # of a tested set the tube is a name, and runs may leave it
-        if entry.standing == ASSUMED and (one.kind, entry.name) != (VALIDATED, "tube")
+        if e.standing == ASSUMED and (one.kind, e.name) != (VALIDATED, "tube")
     )
     lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)

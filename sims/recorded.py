@@ -10,6 +10,7 @@ from parc_jax.app.study.replay import Replay, replay
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.fresh import left_out_beside, used_by
 from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.law import LEFT, OURS, LawSpec
 
 STARTS = 10  # of those that prove safe, replayed at most
 
@@ -18,15 +19,23 @@ class Recorded(NamedTuple):
     """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
     replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
     answer proves safe. used: runs that the network or the tube was made from. gone: rows of their
-    log that are missing.
+    log that are missing. law: where they are from, with what never became a row of theirs.
     """
 
     runs: Replay
     plans: np.ndarray
     row: np.ndarray
     with_start: np.ndarray
+    law: LawSpec
     used: int = 0
     gone: int = 0
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """Numbers of windows of their recordings that are no runs, by the reason."""
+        ours = ((x.removeprefix(OURS), n) for x, n in self.law.parameters if x.startswith(OURS))
+        told = ((name, n.removesuffix(LEFT).replace(",", "")) for name, n in ours if LEFT in n)
+        return {name: int(n) for name, n in told if n.isdecimal()}  # `finite` says all
 
     def counts(self) -> dict[str, int]:
         """Numbers of runs, of those that test nothing, of their replays, and of the outcomes."""
@@ -35,7 +44,8 @@ class Recorded(NamedTuple):
         counts |= {"replays": len(self.plans), "left_the_tube": int((~done.inside).sum())}
         counts |= {"missed_the_goal": int((~done.reached).sum())}
         counts |= {"touched": int(done.touched.sum())}
-        return counts | {"made_the_tube": self.used, "rows_left_out": self.gone}
+        counts |= {"made_the_tube": self.used, "rows_left_out": self.gone}
+        return counts | {"windows_left_out": sum(self.left_out.values())}
 
     def details(self) -> str:
         """One sentence."""
@@ -45,8 +55,10 @@ class Recorded(NamedTuple):
             f"that is shown to be safe; of {n['replays']:,} replays from such starts "
             f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
             f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
+            f" The runs are of {self.law.describe()}."
             + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
             + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
+            + f" {n['windows_left_out']:,} windows never became runs." * bool(self.left_out)
         )
 
 
@@ -71,6 +83,5 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     plans = np.concatenate([np.concatenate(starts), runs.k[row]], axis=1)
     done = replay(runs.select(row), answer.scene, plans)
     made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
-    return Recorded(
-        done, plans, row, of, int((made != "").sum()), left_out_beside(answer.model.claim, runs)
-    )
+    gone = left_out_beside(answer.model.claim, runs)
+    return Recorded(done, plans, row, of, runs.law, int((made != "").sum()), gone)

@@ -113,6 +113,24 @@ def test_names_that_were_exchanged_by_hand_are_refused(tmp_path):
             pj.load(edited(path, None, edit))
 
 
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        ("k", ("steer [m/s]", "speed [rad]")),  # each the name of the other column
+        ("k", ("turn [m/s]", "speed [rad]")),
+        ("k", ("speed [km/h]", "steer [rad]")),
+        ("k", ("speed", "steer [rad]")),
+    ],
+)
+def test_a_new_label_is_of_the_same_column_in_its_unit(part, words):
+    named = small().with_labels({"k": ("speed [m/s]", "steer [rad]")})
+    with pytest.raises(pj.InputError, match="in its unit and with no other's name; got"):
+        named.with_labels({part: words})
+    with pytest.raises(pj.InputError, match=r"column 'k0', in its unit .* got 'k1'"):
+        small().with_labels({"k": ("k1", "k0")})
+    assert named.with_labels({"k": ("v [m/s]", "steer [rad]")}).labels.k[0] == "v [m/s]"
+
+
 ODD = {
     "eps": "1/10x",
     "delta": "1/0",

@@ -127,12 +127,16 @@ class TrajectoryModel:
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "TrajectoryModel":
         """The model with other labels: `Labels`, or a mapping of some of p, q and k, as {"k":
-        ("speed [m/s]", ...)}. Raises InputError.
+        ("speed [m/s]", ...)}, in the same units. Raises InputError, also for another's name.
         """
         about = replace(self.claim.subject, given=self.given).with_labels(given)
+        for part, names in self.labels._asdict().items():
+            about.check_renamed("labels", part, names)
         # a ledger whose names are of no label keeps them
         told = [(*about.hidden, x)[0] if x[:7] == "HIDDEN_" else x for x in self.claim.assumptions]
-        return replace(self, claim=derived(self.claim, subject=about, assumptions=(*told,)))
+        claim = derived(self.claim, subject=about, assumptions=(*told,))
+        held = self.held and replace(self.held, labels=about.labels)
+        return replace(self, claim=claim, held=held)
 
     def save(self, path) -> Path:
         """Write one .npz; it appears complete or not at all. Raises InputError as `check_model`."""
@@ -179,10 +183,11 @@ def check_parts(model: TrajectoryModel) -> None:
             f"{layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots after "
             f"the first, further states); got {net.n_out}."
         )
-    if model.held is not None and claim.evidence.get("held") != identity_of(model.held):
+    about, held = claim.subject.labels, model.held
+    if held and (about, claim.evidence.get("held")) != (held.subject.labels, identity_of(held)):
         raise InputError(
-            "model: expected the recordings that its claim held out, all of them as they were; got "
-            "others. Leave them out: held=None."
+            "model: expected the recordings that its claim held out, by its labels, all of them as "
+            "they were; got others. Leave them out: held=None."
         )
     if net.n_in != claim.domain.n:
         raise InputError(

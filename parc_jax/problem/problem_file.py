@@ -71,10 +71,10 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     """The model with the labels of a scene file for what it has no names for. Raises InputError for
     others than those that it has.
     """
-    named = model.with_labels(_data(path).get("labels", {}))
+    labels, own = _data(path).get("labels", {}), model.claim.subject
     hint = "Leave [labels] out, or take the model's."
-    model.claim.subject.agree(f"[labels] of {path}", named.claim.subject, hint=hint)
-    return named
+    own.agree(f"[labels] of {path}", own.with_labels(labels), hint=hint)
+    return model.with_labels(labels)
 
 
 def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -> Problem:

@@ -250,6 +250,13 @@ def test_runs_that_show_a_claim_have_no_part_in_its_K(held, profile):
         assert (claim.domain.lo == seen.k.min(axis=0)).all() and claim.n <= kept.n
         assert "any run" not in said and "a new rollout whose k lies in K, drawn from" in said
         assert f"the smallest box of the training runs, which {50 - claim.n} of 50" in said
+    # of a network that other runs trained K is not the box of these
+    less = train.select(train.k[:, 0] < train.k[:, 0].max())
+    for seen, kept in ((less, rest), rest.split(0.5)):
+        claim = bound_error(NET, kept, None, eps=0.5, delta=0.2, train=seen, bins=(1, 1))
+        said = claim.details()
+        assert f"K = the smallest box of other runs, which {missed} of 50 others miss" in said
+        assert "training runs, which" not in said
     far = runs.replace(k=np.where(np.arange(100)[:, None] < 50, 0.4, 0.9) + 0.05 * runs.k)
     with pytest.raises(InputError, match="none of 50 does"):
         bound_error(

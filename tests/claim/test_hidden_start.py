@@ -198,13 +198,13 @@ def test_a_copy_in_an_older_file_is_told_by_its_ledger(claim):
     older = derived(claim, subject=replace(claim.subject, given=()))
     model = pj.learning.trajectory_model(settled_network(), older)
     assert model.given == (0,)
-    others = model.with_labels({"k": ("v [m/s]", "load [kg]")})
-    assert others.given == (0,) and "HIDDEN_START(given v)" in others.claim.assumptions
+    others = model.with_labels({"k": ("u [m/s]", "load [m/s]")})
+    assert others.given == (0,) and "HIDDEN_START(given u)" in others.claim.assumptions
     assert ENTRY not in others.claim.details() and others.claim.subject.given == (0,)
     lost = {"subject": replace(others.claim.subject, given=()), "assumptions": claim.assumptions}
     kept = model.replace(claim=derived(others.claim, **lost)).with_labels({})
     assert kept.given == () and ENTRY in kept.claim.assumptions
-    two = ("IID", "HIDDEN_START(given load and v)", "FRESH(and so on)")
+    two = ("IID", "HIDDEN_START(given load and u)", "FRESH(and so on)")
     older = {"subject": replace(others.claim.subject, given=()), "assumptions": two}
     assert others.replace(claim=derived(others.claim, **older)).given == (0, 1)
 

@@ -80,3 +80,14 @@ def test_few_runs_of_a_rigid_body_get_a_twist_unless_they_are_to_have_none(monke
         log = logged.Logged(dt=0.25, t_f=1.0, prior=asked, points=names)
         found = logged.from_log(tmp_path / "log.npz", log, {}, 0)
         assert found == (prior, hidden), points
+
+
+def test_what_a_log_measured_is_said_in_the_shell(monkeypatch, shell, tmp_path):
+    seen = []
+    monkeypatch.setattr(logged, "learn_report", lambda data, *_, **__: seen.append(data))
+    k = np.random.default_rng(0).uniform(0.1, 1, (20, 2))
+    np.savez(tmp_path / "log.npz", k=k, p=k[:, None] * np.linspace(0, 1, 5)[:, None])
+    asked = ("learn", "log.npz", "--out", "model.npz", "--dt", 0.25, "--t-f", 1.0)
+    shell(*asked, "--given", "k0")  # of which nothing is learned here
+    assert [data.given for data in seen] == [(0,)]
+    assert shell(*asked, "--given", "v")[0] == 2

@@ -220,6 +220,23 @@ def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path
     assert other.validation.answer.model.claim.hash == claim.hash
 
 
+def test_a_model_with_other_labels_keeps_its_recordings_under_them(model, tmp_path):
+    """They had the old names, and tested nothing by default."""
+    named = model.with_labels({"k": ("ahead [m/s]", "left [m/s]")})
+    renamed = named.with_labels({"k": ("v [m/s]", "left [m/s]")})
+    again = pj.load(renamed.save(tmp_path / "model.npz"))
+    assert again.labels == again.held.labels and again.labels.k[0] == "v [m/s]"
+    found = pj.Planner(again).solve(SCENE, KEY, toy.SETTINGS)
+    assert found.validation.answer.model.claim.eps == Fraction(15, 100)
+    assert trials.one_of_each(again, again.held, np.random.default_rng(0)).n == N
+    with pytest.raises(InputError, match="by its labels, all of them as they were; got others"):
+        renamed.replace(held=named.held).save(tmp_path / "mixed.npz")
+    # what its tests assume about the law has a name as the other assumptions do
+    for told in (found.summary(), found.validation.answer.summary()):
+        listed = told.partition("assumptions): ")[2].split(".\n")[0].rstrip(".").split(", ")
+        assert "LAW" in listed and "law" not in listed
+
+
 @pytest.fixture
 def nothing_tested(monkeypatch):
     """As in a process of its own: no recordings tested anything yet."""

@@ -152,6 +152,7 @@ def test_a_simulator_of_something_else_is_refused():
     runs = runs.replace(labels=runs.subject.with_labels({"k": named}).labels)
     for change, why in (
         ({"k_labels": named[::-1]}, "agree; parameters is speed .*, beside turn"),
+        ({"given": (0,)}, "agree; given is none, beside 0. Of a log, say what was measured: given"),
         ({"time": time_grid(0.5, 2.0, 0.125)}, "agree; time is"),
         ({"points": ("reference",)}, "agree; points is"),
         ({"n_q": 0}, "goal states: 1, parameters: 2, beside"),
@@ -163,6 +164,10 @@ def test_a_simulator_of_something_else_is_refused():
         vars(other).update(change)
         with pytest.raises(InputError, match=why):
             taught(other, runs, 50, KEY)
+    other = Simulator()
+    other.given = (0,)
+    teach.require_like(other, runs.replace(given=(0,)))
+    teach.require_like(Simulator(), runs.replace(given=(0,)))  # it may draw what was measured
 
 
 def test_too_little_to_learn_from_is_refused():

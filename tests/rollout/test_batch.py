@@ -96,6 +96,9 @@ def test_batches_become_one_as_they_come(runs):
     single = runs.replace(p=np.asarray(runs.p, np.float32))
     with pytest.raises(InputError, match=r"differ in storage \(float64; float32\)\. Load"):
         concatenate([runs, single])
+    wider = parts[1].replace(domain=pj.box(runs.domain.lo - 1, runs.domain.hi))
+    with pytest.raises(InputError, match=r"differ in K \(\["):
+        concatenate([parts[0], wider])
 
 
 def test_a_parameter_that_is_not_known_is_named_by_its_row(runs, tmp_path):

@@ -1,5 +1,6 @@
 """Files in and out: whole or absent, and clear about what is wrong."""
 
+import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 
@@ -33,6 +34,30 @@ def test_a_saved_batch_comes_back_equal(batch, tmp_path):
         batch.stage,
     )
     assert (back.hashes() == batch.hashes()).all()
+
+
+def test_an_own_file_with_other_names_or_numbers_is_refused(batch, tmp_path):
+    """Recordings under a name that nobody reads were as many runs."""
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=batch.q, groups=np.arange(30) // 3)
+    log = load_rollouts(tmp_path / "log.npz", GRID, batch.domain)
+    kept = read_npz(save_rollouts(tmp_path / "own.npz", log))
+
+    def edited(**arrays):
+        np.savez(tmp_path / "edited.npz", **arrays)
+        return load_rollouts(tmp_path / "edited.npz")
+
+    alone = {name: array for name, array in kept.items() if name != "groups"}
+    assert edited(**kept).recordings == 10
+    with pytest.raises(InputError, match="expected names of save_rollouts; got group too"):
+        edited(**alone, group=kept["groups"])
+    meta = json.loads(str(kept["meta"])) | {"weather": "rain"}
+    with pytest.raises(InputError, match="got weather too"):
+        edited(**kept | {"meta": np.array(json.dumps(meta))})
+    for other in (alone, kept | {"k": kept["k"][::-1]}, kept | {"groups": np.arange(30)}):
+        with pytest.raises(InputError, match="all of its runs as they were; got others"):
+            edited(**other)
+    save_rollouts(tmp_path / "some.npz", log.select(slice(3, 9)))
+    assert load_rollouts(tmp_path / "some.npz").recordings == 2
 
 
 @pytest.mark.parametrize("compressed", [False, True])

@@ -13,7 +13,7 @@ from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.fresh import SEEN, SHAPE, short_ids
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.learning.runs.batch import rollout_batch
-from parc_jax.learning.runs.law import law_spec
+from parc_jax.learning.runs.law import OURS, law_spec
 from sims.recorded import replay_recorded
 
 N = 40
@@ -74,6 +74,19 @@ def test_runs_that_made_the_tube_and_rows_left_out_are_said(answer, runs):
     said, counts = found.details(), found.counts()
     assert counts["made_the_tube"] == 0 and counts["rows_left_out"] == N // 4
     assert f" {N // 4} rows of their log were left out." in said and "made the tube" not in said
+
+
+def test_windows_that_never_became_runs_are_said(answer, runs):
+    """As of bags that were loaded with short="dropped"."""
+    told = {f"{OURS}dropped": "1,010 left out", f"{OURS}still": "2 left out"}
+    law = law_spec("file:log", runs.domain, "logged", told)
+    found = replay_recorded(answer, runs.replace(law=law))
+    assert found.counts()["windows_left_out"] == 1012 and found.counts()["rows_left_out"] == 0
+    said = found.details()
+    assert "k as logged, dropped = 1,010 left out, still = 2 left out; " in said
+    assert said.endswith(" 1,012 windows never became runs.")
+    found = replay_recorded(answer, runs)
+    assert found.counts()["windows_left_out"] == 0 and "windows" not in found.details()
 
 
 def test_runs_that_stray_are_counted_and_ones_that_cannot_fail_are_a_fault(

@@ -248,7 +248,7 @@ def test_a_model_of_other_steps_or_of_a_robot_is_refused():
     seen = pj.problem.see_mover(0.6 * np.arange(3), np.outer(np.arange(3), [0.5, 0.0]), 0.6)
     with pytest.raises(pj.InputError, match=r"for steps of 0.6 s.*k = speed over 0.1 s"):
         pj.problem.mover_obstacles(straight(), [seen], 0.4, ROBOT, 1.2)
-    robot = straight().with_labels({"k": ("speed [m/s]", "turning [rad/s]")})
+    robot = straight().with_labels({"k": ("speed [m/s]", "turning [rad]")})
     with pytest.raises(pj.InputError, match=r"expected a model of `mover_runs`.*turning"):
         pj.problem.mover_obstacles(robot, [mover(0.0)], 0.4, ROBOT, 0.0)
 

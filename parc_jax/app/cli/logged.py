@@ -52,6 +52,8 @@ class Logged(Options):
     domain: tuple[float, ...] | None = None
     """Logged runs only: K as LO HI for every parameter. Default: the box of the
     training runs' k; the claim says how many others it misses."""
+    given: tuple[str, ...] = ()
+    """Logged runs only: names of parameters that are measured at the start, not chosen."""
     k_law: str = "logged"
     """Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then does the
     claim speak of shares of K, and k that refute it are refused."""
@@ -83,7 +85,7 @@ def from_log(path: Path, log: Logged, study: dict, seed: int) -> Learned:
             f"{len(corners)} numbers."
         )
     domain = None if corners is None else box(corners[::2], corners[1::2])
-    data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
+    data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points, given=log.given)
     prior = _usual_prior(data) if log.prior is None else log.prior
     if prior == NONE:
         prior = None

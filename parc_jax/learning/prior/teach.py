@@ -92,7 +92,8 @@ def require_like(prior, runs: RolloutBatch) -> None:
     # a simulator may call coordinates otherwise, but not have the same ones in another order
     names = {part: [sorted(getattr(one.labels, part)) for one in both] for part in SAID}
     free = [SAID[part] for part, (one, two) in names.items() if one != two]
-    own.agree(where, other, ("K", *STATED, *free))
+    free += STATED[:-1] if other.given else STATED  # by silence nothing measured is dropped
+    own.agree(where, other, ("K", *free), "Of a log, say what was measured: given, --given.")
     if not prior.domain.contains(np.stack([runs.domain.lo, runs.domain.hi])).all():
         raise InputError(
             f"prior {prior.name}: expected a domain that holds that of the recorded runs, "

@@ -134,8 +134,7 @@ class RolloutBatch(Sealed):
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
-        arrays = {name: getattr(self, name) for name in BY_ROW}
-        some = {name: x[index] for name, x in arrays.items() if x is not None}
+        some = {name: x[index] for name in BY_ROW if (x := getattr(self, name)) is not None}
         return dataclasses.replace(self, **some)
 
     def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
@@ -147,10 +146,9 @@ class RolloutBatch(Sealed):
         """
         if not 0 < share < 1:
             raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
-        rng = np.random.default_rng(check_seed(seed))
         groups = np.arange(self.n) if self.groups is None else self.groups
         names = np.unique(groups)
-        order = rng.permutation(len(names))
+        order = np.random.default_rng(check_seed(seed)).permutation(len(names))
         chosen = np.isin(groups, names[order[: round(share * len(names))]])
         if chosen.all() or not chosen.any():
             raise InputError(
@@ -227,14 +225,16 @@ def rollout_batch(
         raise InputError(f"rollouts lost: expected shape ({n},); got {lost.shape}.")
     lost = lost if lost is not None and lost.any() else None
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
-    named = (points, about.rotation, about.labels, about.given)
     groups = group_numbers(groups, n)
-    if source is None and n:
+    if n:
         # the recordings too: two lists of them, or rules for their names, cannot be compared
         content = (k, p[:, -1], q) if groups is None else (k, p[:, -1], q, groups)
         log = content_hash(*content) if seed is None else ""
-        source = (log, int(rows.min()), int(rows.max()))
-    more = groups, *named, lost, source
+        whole = (log, int(rows.min()), int(rows.max()))
+        if source and source != whole and np.array_equal(rows, np.arange(source[1], source[2] + 1)):
+            raise InputError(f"{law.generator}: expected all of its runs as they were; got others.")
+        source = source or whole
+    more = groups, points, about.rotation, about.labels, about.given, lost, source
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, *more)
 
 
@@ -273,6 +273,11 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
     again, and halves in the wrong order are refused. Raises InputError for these, and for none.
     """
     if held.law.fitted != TO_ALL:
+        own = train.k.min(axis=0, initial=np.inf), train.k.max(axis=0, initial=-np.inf)
+        if held.law.fitted and not np.array_equal(own, [held.domain.lo, held.domain.hi]):
+            others = held.law.fitted.replace(TO_TRAINING, "the smallest box of other runs")
+            told = tuple({**dict(held.law.parameters), FITTED: others}.items())
+            held = dataclasses.replace(held, law=dataclasses.replace(held.law, parameters=told))
         return train, held
     if (train.law.fitted or "").startswith(TO_TRAINING):
         raise InputError(

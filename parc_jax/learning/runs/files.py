@@ -20,8 +20,8 @@ from parc_jax.learning.runs.law import LawSpec
 from parc_jax.learning.system import time_grid
 
 FORMAT = "parc_jax.rollouts/1"
-NEEDED = BY_ROW[:4]  # in every file
 STATED = ("seed", "stage", "points", "rotation", "given", "source")  # of a batch, as plain values
+KNOWN = "lo hi meta format time law made_by labels".split()  # of a file, beside these
 # of an archive with a wrong byte, which may also look encrypted or of a later version
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
 RAGGED = (
@@ -85,18 +85,11 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
 
 def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[str, np.ndarray]:
     """The arrays of `save_rollouts`."""
-    meta = {
-        "format": FORMAT,
-        "time": asdict(batch.time),
-        "law": asdict(batch.law),
-        "made_by": made_by,
-        "labels": None if batch.labels is None else batch.labels._asdict(),
-    }
+    meta = {"format": FORMAT, "time": asdict(batch.time), "law": asdict(batch.law)}
+    meta |= {"made_by": made_by, "labels": batch.labels and batch.labels._asdict()}
     meta |= {name: getattr(batch, name) for name in STATED}
-    arrays = {"lo": batch.domain.lo, "hi": batch.domain.hi}
-    by_row = {name: getattr(batch, name) for name in BY_ROW}
-    arrays |= {name: array for name, array in by_row.items() if array is not None}
-    return arrays | {"meta": np.array(json.dumps(meta))}
+    about = {"lo": batch.domain.lo, "hi": batch.domain.hi, "meta": np.array(json.dumps(meta))}
+    return about | {name: x for name in BY_ROW if (x := getattr(batch, name)) is not None}
 
 
 def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
@@ -104,12 +97,14 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
     meta = meta_of(arrays)
     if meta.get("format") != FORMAT:
         raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
+    if others := sorted({*arrays, *meta} - {*KNOWN, *BY_ROW, *STATED}):  # said for nothing
+        raise InputError(f"{path}: expected names of save_rollouts; got {', '.join(others)} too.")
     with reading(path, "all parts of a file of save_rollouts"):
         law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
         law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
         about = {name: meta[name] for name in (*STATED, "labels") if meta.get(name) is not None}
         about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
-        about |= {name: arrays[name] for name in BY_ROW if name in arrays or name in NEEDED}
+        about |= {name: arrays[name] for name in BY_ROW if name in arrays or name in BY_ROW[:4]}
         K, time = box(arrays["lo"], arrays["hi"]), time_grid(**meta["time"])
         return rollout_batch(time=time, domain=K, law=law, **about)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from parc_jax.common.errors import InputError
-from parc_jax.learning.runs.batch import RolloutBatch
+from parc_jax.learning.runs.batch import BY_ROW, RolloutBatch
 
 
 def joined_source(batches: Iterable) -> tuple[str, int, int]:
@@ -28,8 +28,7 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
         n = sum(batch.n for batch in batches)
     batches = iter(batches)
     first = next(batches)
-    names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
-    parts = {name: getattr(first, name) for name in names}
+    parts = {x: getattr(first, x) for x in BY_ROW if x != "lost" and getattr(first, x) is not None}
     whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
     at, lost, source = 0, np.zeros(n, np.int64), joined_source([first])
     for batch in itertools.chain([first], batches):
@@ -43,7 +42,7 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
         source = joined_source([dataclasses.replace(first, source=source), batch])
         begin, at = at, at + batch.n
         if at <= n:
-            for name in names:
+            for name in whole:
                 whole[name][begin:at] = getattr(batch, name)
             lost[begin:at] = 0 if batch.lost is None else batch.lost
     if at != n:
@@ -61,5 +60,5 @@ def _facts(batch: RolloutBatch) -> dict:
     shared = ("time", "seed", "stage", "points", "rotation", "given", "labels")
     groups = "none" if batch.groups is None else "given"
     storage = {"law": batch.law.describe(), "storage": batch.p.dtype.name, "groups": groups}
-    storage["log"] = joined_source([batch])[0][:12]
+    storage |= {"log": joined_source([batch])[0][:12], "K": batch.domain.text}
     return storage | {fact: getattr(batch, fact) for fact in shared}

@@ -23,6 +23,7 @@ from parc_jax.learning.labels import (
     name_of,
     plain_parts,
     require_unit,
+    unit_of,
 )
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -272,8 +273,7 @@ class Subject:
         their own may have any, and where both say how they turn they must say the same. free, hint:
         as of `agree`. Raises InputError.
         """
-        plain = plain_parts(self.labels) | plain_parts(other.labels)
-        free = {*free, *(SAID[part] for part in plain)}
+        free = {*free, *(SAID[part] for one in (self, other) for part in plain_parts(one.labels))}
         if None not in (self.rotation, other.rotation):
             free.discard("rotation")
         agree(where, self.premises, other.premises, free=free, hint=hint)
@@ -292,6 +292,16 @@ class Subject:
         """The subject with other labels; a mapping gives some of p, q, k. Raises InputError."""
         words = self.labels._asdict() | words_of(given)
         return replace(self, labels=valid_labels(self.n_p, self.n_q, self.domain.n, **words))
+
+    def check_renamed(self, where: object, part: str, columns: Sequence[str]) -> None:
+        """Refuse labels in other units than columns, or by another's name. Raises InputError."""
+        names = {name_of(x) for x in columns}
+        for x, y in zip(columns, getattr(self.labels, part), strict=False):
+            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in names - {name_of(x)}:
+                raise InputError(
+                    f"{where}: expected a label of {part} for the column {x!r}, in its unit and "
+                    f"with no other's name; got {y!r}."
+                )
 
 
 def subject(

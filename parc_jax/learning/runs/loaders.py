@@ -80,10 +80,8 @@ def _check_own(
     path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
 ) -> None:
     """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
-    K = batch.domain
-    on_K = domain is None or np.array_equal([domain.lo, domain.hi], [K.lo, K.hi])
-    on_grid = time is None or time == batch.time
-    for name, value, same in (("time", time, on_grid), ("domain", domain, on_K)):
+    on_K = domain is None or domain.text == batch.domain.text
+    for name, value, same in (("time", time, time in (None, batch.time)), ("domain", domain, on_K)):
         if not same:
             raise InputError(
                 f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
@@ -217,15 +215,10 @@ def recorded(
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
     check_parameters(owner, batch.k, batch.subject.labels.k)
     for part, columns in (own or {}).items():
-        told, names = getattr(batch.subject.labels, part), [name_of(x) for x in columns]
-        for x, y in zip(columns, told, strict=False):
-            if part == "k" and name_of(x) != name_of(y):
-                check_parameters(owner, k[:0, :1], [x])
-            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in {*names} - {name_of(x)}:
-                raise InputError(
-                    f"{owner}: expected a label of {part} for the column {x!r}, in its unit and "
-                    f"with no other's name; got {y!r}."
-                )
+        told = [*zip(columns, getattr(batch.subject.labels, part), strict=False)] * (part == "k")
+        renamed = [x for x, y in told if name_of(x) != name_of(y)]
+        check_parameters(owner, k[:0, : len(renamed)], renamed)
+        batch.subject.check_renamed(owner, part, columns)
     _check_turns(owner, batch)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
