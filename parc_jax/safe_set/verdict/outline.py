@@ -43,8 +43,8 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     known = {
         "system": about.system != "",
         "K": K.n != whole.n or not whole.contains(np.stack([K.lo, K.hi])).all(),
-        "rotation": about.rotation is not None,
-        "given": about.given != (),
+        "rotation": about.rotation is not None or about.system != "",
+        "given": about.given != () or about.system != "",  # some declared claims are of no system
         # a model may be given other names, a system with its own in another order is another
         "parameters": sorted(own.labels.k) == sorted(about.labels.k),
         "goal states": sorted(own.labels.q) == sorted(about.labels.q),
@@ -55,10 +55,11 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     hint = "Name the system that the model was learned from, or learn this one."
     about.agree(where, own, free, hint)
     if law.generator == own.system:
-        agree(where, _disturbances(law), _disturbances(law_of(system)), hint=hint)
+        # where it is simulated, and on what part of K, may differ
+        free = [f"law: {BOX}", *["law: plant"] * (getattr(system, "plant", None) is not None)]
+        agree(where, _disturbances(law), _disturbances(law_of(system)), free=free, hint=hint)
 
 
 def _disturbances(law: LawSpec) -> Premises:
-    """Parameters of a law but for where it is simulated, and on what part of K."""
-    told = (pair for pair in law.parameters if pair[0] not in ("plant", BOX))
-    return premises((f"law: {name}", MEASURED, value) for name, value in told)
+    """Parameters of a law."""
+    return premises((f"law: {name}", MEASURED, value) for name, value in law.parameters)
