@@ -55,9 +55,11 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     hint = "Name the system that the model was learned from, or learn this one."
     about.agree(where, own, free, hint)
     if law.generator == own.system:
-        # where it is simulated, and on what part of K, may differ
-        free = [f"law: {BOX}", *["law: plant"] * (getattr(system, "plant", None) is not None)]
-        agree(where, _disturbances(law), _disturbances(law_of(system)), free=free, hint=hint)
+        told = law_of(system)
+        # a part of K, and where it is simulated, may differ, but no disturbance of that name
+        named = "plant" in dict(told.parameters) and getattr(system, "plant", None) is None
+        free = [f"law: {BOX}", *["law: plant"] * (not named)]
+        agree(where, _disturbances(law), _disturbances(told), free=free, hint=hint)
 
 
 def _disturbances(law: LawSpec) -> Premises:
