@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.common.premises import MEASURED, Premises, agree, premises
+from parc_jax.common.premises import MEASURED, agree, premises
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.law import BOX, LawSpec, Subject, law_of, subject_of
+from parc_jax.learning.runs.law import BOX, Subject, law_of, subject_of
 from parc_jax.learning.system import System
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
@@ -59,9 +59,5 @@ def require_same(system: System, model: TrajectoryModel) -> None:
         # a part of K, and where it is simulated, may differ, but no disturbance of that name
         named = "plant" in dict(told.parameters) and getattr(system, "plant", None) is None
         free = [f"law: {BOX}", *["law: plant"] * (not named)]
-        agree(where, _disturbances(law), _disturbances(told), free=free, hint=hint)
-
-
-def _disturbances(law: LawSpec) -> Premises:
-    """Parameters of a law."""
-    return premises((f"law: {name}", MEASURED, value) for name, value in law.parameters)
+        both = ([(f"law: {x}", MEASURED, y) for x, y in one.parameters] for one in (law, told))
+        agree(where, *map(premises, both), free=free, hint=hint)
