@@ -192,7 +192,7 @@ def updated(width, key):
 def chosen_choice(width, key):
     """Fresh runs of the plan that is driven, with no profile: failed = it jumped past the goal."""
     plans = np.tile([0, 0, 0.5, 0.5], (120, 1))
-    failed, _ = run_once(hidden(width), _wide_goal(), key, Stage.VALIDATE, plans, quiet=True)
+    failed, *_ = run_once(hidden(width), _wide_goal(), key, Stage.VALIDATE, plans, quiet=True)
     return clopper_pearson(int(failed.sum()), len(plans), float(DELTA)), width
 
 

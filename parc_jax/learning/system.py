@@ -194,6 +194,8 @@ def check_system(system) -> None:
         raise InputError(
             f"{system.name}: expected n_p >= 1 and n_q >= 0; got {system.n_p} and {system.n_q}."
         )
+    if system.name.startswith("file:"):
+        raise InputError(f"{system.name}: expected a name that no log has, as file:…. Rename it.")
     largest = np.abs([system.domain.lo, system.domain.hi]).max()
     if not largest <= LARGEST:
         raise InputError(

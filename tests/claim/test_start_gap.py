@@ -25,6 +25,7 @@ from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import ModelBound
 from parc_jax.learning.bound.start_gap import (
+    MOVED,
     StartTrial,
     allow_for_start,
     declared_gap,
@@ -155,7 +156,7 @@ def test_a_system_in_jax_that_reads_no_key_is_told_of():
         try_starts(OfPython(False), KEY, 0.0)  # one gust for all runs of a call, beside their own
     for made, none in itertools.product((Gusts, HandedOver), (True, False)):
         system = made(none)
-        assert try_starts(system, KEY, 0.0).alike == none
+        assert try_starts(system, KEY, 0.0).alike == 8 * none
         claim = allow_for_start(line_model(4, 0.1).claim, try_starts(system, KEY, 0.0))
         assert ("NO_DISTURBANCE" in claim.details()) == none
 
@@ -172,7 +173,9 @@ def test_runs_that_fail_under_every_key_hide_no_other():
 
 @pytest.mark.parametrize("lost", [0.0, np.nan])
 def test_keys_may_matter_in_some_runs_alone(lost):
-    """A gust where k[1] > 0.1, or no run at all there, now and then: the first k has none."""
+    """A gust where k[1] > 0.1, or no run at all there, now and then, as where a worker is lost:
+    such a k was not compared, and is no reason to forget that the others were alike.
+    """
 
     def simulate(rng, k):
         p, q = gust_of_one_seed(rng, k)
@@ -180,7 +183,64 @@ def test_keys_may_matter_in_some_runs_alone(lost):
 
     time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
     cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
-    assert not try_starts(cart, KEY, 0.0).alike
+    trial = try_starts(cart, KEY, 0.0)
+    assert 0 < trial.alike < 8 if lost else not trial.alike
+    said = f"NO_DISTURBANCE(of {trial.alike} k, runs of each under two keys are the same"
+    assert said in "".join(trial.said_in(())) if lost else trial.said_in(()) == ()
+
+
+def test_where_no_run_comes_to_an_end_keys_change_none():
+    """None was compared, and all were told to be the same to the last bit."""
+
+    def simulate(rng, k):
+        return np.full((5, 2), np.nan), []
+
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+    cart = pj.python_system(simulate, K, time, name="cart", n_p=2, workers=0)
+    trial = try_starts(cart, KEY, 0.0)
+    assert not trial.alike and trial.said_in(()) == ()
+
+
+def test_starts_whose_runs_come_to_no_end_are_not_told_to_have_been_compared():
+    """ "0 seen from 8 starts", of which one was compared."""
+
+    def simulate_from(rng, k, p0):
+        p, q = gust(rng, k)
+        return (p + np.nan if k[0] > 0.65 else p), q
+
+    def simulate(rng, k):
+        return simulate_from(rng, k, np.zeros(2))
+
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+    about = {"name": "cart", "n_p": 2, "workers": 0, "simulate_from": simulate_from}
+    cart = pj.python_system(simulate, K, time, **about)
+    trial = try_starts(cart, KEY, 0.0)
+    failed = collect(cart, KEY, 8, Stage.SEARCH, quiet=True).failed
+    number = ("no", "one", "two", "three", "four", "five", "six", "seven")[8 - int(failed.sum())]
+    claim = allow_for_start(replace(line_model(4, 0.1).claim, assumptions=("IID", MOVED)), trial)
+    assert 0 < failed.sum() < 8 and claim.assumptions == (
+        "IID",
+        f"{MOVED}(within 0; 0 seen from 8 starts, {number} of them compared)",
+    )
+    assert claim.premises  # its numbers are those of the evidence
+
+
+def test_of_runs_of_another_law_no_trial_before_an_update_is_told():
+    """Runs of one k ended 10 cm apart, and "NO_DISTURBANCE" stood beside."""
+    time, K = pj.learning.time_grid(0.5, 1.0, 0.25), pj.box([0.5, -0.3], [1.0, 0.3])
+
+    def cart(simulate, name="cart", law=None):
+        return pj.python_system(simulate, K, time, name=name, n_p=2, workers=0, law=law)
+
+    net = pj.learning.relu_network([np.kron([[0.5], [1.0]], np.eye(2))], [np.zeros(4)])
+    still = cart(gust_of_one_seed)
+    claim = pj.learning.bound_error(net, still, KEY, eps=0.2, delta=0.2, quiet=True)
+    seen = pj.learning.collect(still, jax.random.PRNGKey(5), 30, quiet=True)
+    others = still, cart(gust, law={"gust": "0.1 m"}), cart(gust, "windy cart")
+    for other in others:
+        fresh = pj.learning.collect(other, jax.random.PRNGKey(6), 30, quiet=True)
+        said = pj.learning.update(claim, net, seen, fresh)[1].details()
+        assert ("NO_DISTURBANCE" in said) == (other is still)
 
 
 def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():

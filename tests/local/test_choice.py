@@ -23,12 +23,14 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import exact, rounded_up
+from parc_jax.drive.local import choice as made
 from parc_jax.drive.local.choice import Choice
 from parc_jax.drive.local.localise import Local, LocalRuns, bounded_near
 from parc_jax.drive.local.safe_box import box_around
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 from parc_jax.learning.bound.settings import DISCRETE_TIME, ModelBound, SpeedBound
+from parc_jax.learning.bound.start_gap import StartTrial
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs.law import law_of
 from parc_jax.problem.problem import Span
@@ -205,6 +207,16 @@ def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
     assert seen.eps == clopper_pearson(0, seen.n, 0.05) > 0
 
 
+@pytest.mark.parametrize("run", [toy.still, often_into_the_wall])
+def test_what_the_runs_of_the_plan_refute_is_not_assumed_of_them(run, chosen, monkeypatch):
+    """Eight k of the claim showed no disturbance; two runs of this one end apart."""
+    tried = StartTrial(1e-5, None, alike=8)
+    monkeypatch.setattr(made, "trial_of", lambda *_: tried)
+    looks = toy.answer().choose(delta=0.05).looks
+    seen = replace(chosen, looks=looks).test(plant(run, toy.T), KEY, n=40).tested
+    assert ("NO_DISTURBANCE(of 8 k" in seen.details()) == (run is toy.still)
+
+
 def test_looks_of_one_answer_are_one_account():
     answer = toy.answer()
     system = plant(toy.gusty, toy.T)
@@ -370,8 +382,6 @@ def test_a_model_of_another_system_is_refused(chosen):
 @pytest.mark.night
 def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
-    from parc_jax.learning.bound.start_gap import StartTrial
-
     system = plant(toy.gusty, toy.T)
     part = box_around(np.array([0.5, 0.5]), 0.2, system.domain)
     asked = Local(eps=0.05, rollouts=40, profile_runs=40, hidden=())

@@ -16,6 +16,7 @@ from parc_jax.learning.runs import chunks
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect, stream_rollouts
 from parc_jax.learning.runs.files import save_rollouts
+from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.systems.python_system import python_system
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -119,6 +120,8 @@ def test_finished_runs_of_another_work_are_refused(said, tmp_path):
             arrays = dict(file)
         arrays["p"][19] *= 1.1
         np.savez(path, **arrays)
+        with pytest.raises(InputError, match="other rollouts than were made"):
+            load_rollouts(path)
     else:  # by hand
         save_rollouts(path, runs)
     with pytest.raises(InputError, match=f"other rollouts.*expected the same .*{said}"):

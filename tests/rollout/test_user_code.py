@@ -119,7 +119,10 @@ def test_faults_of_ours_stay_what_they_are():
         raise InputError("mine")
 
 
-@pytest.mark.parametrize("draw", [np.random.normal, random.random])
+RNG = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("draw", [np.random.normal, random.random, RNG.normal])
 def test_chance_that_is_drawn_once_for_all_runs_is_refused(draw):
     """JAX keeps the number it meets as a program is made: runs without a gust, all alike."""
 
@@ -142,3 +145,10 @@ def test_chance_that_changes_no_run_is_nobody_s_business():
         return pj.Trajectory(jnp.zeros((5, 2)).at[1:].set(random.random()), k[:0])
 
     pj.learning.collect(Robot(uneven), KEY, n=4, quiet=True)
+
+
+def test_a_system_is_not_named_as_a_log():
+    robot = Robot(None)
+    robot.name = "file:robot"
+    with pytest.raises(InputError, match="file:robot: expected a name that no log has"):
+        pj.learning.collect(robot, KEY, n=4, quiet=True)

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy_query
@@ -15,6 +16,7 @@ from parc_jax import checker
 from parc_jax.app.cli import main
 from parc_jax.app.cli.process import COMPILING, SEARCHING
 from parc_jax.app.files.answer_file import load_answer
+from parc_jax.app.study.job import run_study
 from parc_jax.app.study.report import Studied, _replayed, explained, report
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
@@ -52,6 +54,35 @@ def test_all_files_are_written_and_accepted(finished, capsys):
     )  # and no unfinished work
     assert checker.main([str(out / "answer.json")]) == 0
     capsys.readouterr()
+
+
+class Hall:
+    """Gusts on one plant, none on the other."""
+
+    name, n_p, n_q = "hall", 2, 0
+    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.learning.time_grid(0.25, 1.0, 0.05)
+
+    def __init__(self, plant):
+        self.plant = plant
+
+    def rollout(self, key, k):
+        s = jnp.linspace(0.0, 1.0, 21)[:, None]
+        gust = 0.01 * jax.random.normal(key, (2,)) if self.plant == "windy" else 0.001 * k
+        return pj.Trajectory(s * k[None] + s**2 * jnp.broadcast_to(gust, (1, 2)), k[:0])
+
+
+def test_a_replay_says_what_was_tried_on_its_own_plant(tmp_path):
+    """Its twenty runs of a plan were one run, and it said what (E) assumes of the other plant."""
+    goal, wall = pj.box([0.6, -0.35], [1.4, 0.35]), pj.box([0.2, 0.35], [0.5, 0.6])
+    problem = pj.reach_avoid(goal, [wall], 0.05)
+    few = {"rollouts": 100, "hidden": (4,), "seeds": 1, "steps": 100, "profile_runs": 50}
+    asked = Study().replace(eps=0.1, delta=0.05, repeats=4, samples=3, driven=False, **few)
+    options = {"quiet": True, "learn_from": Hall("windy")}
+    done = run_study(Hall("still"), problem, asked, tmp_path, 0, **options)
+    told = report(done, tmp_path)
+    assert "of their plant, and TRANSLATION_INVARIANCE(within 1e-05; not measured), NO_DIST" in told
+    assert told.split("Replay")[0].count("NO_DISTURBANCE") == 0
+    assert "NO_DISTURBANCE(of 8 k" in explained(tmp_path)
 
 
 @pytest.mark.smoke

@@ -29,7 +29,9 @@ class Robot:
     time: TimeGrid = field(default_factory=lambda: toy_driven.model().time)
     domain: Box = field(default_factory=lambda: toy_driven.model().domain)
     law: tuple = ()
-    plant: str = "ode"
+    plant: str | None = "ode"
+    rotation: tuple[str, ...] | None = None
+    given: tuple[str, ...] = ()
 
 
 def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
@@ -49,6 +51,9 @@ def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
         (dict(domain=box([0, 0], [1, 0.5])), "K is .*, beside .*"),
         (dict(domain=box([0, 0, 0], [1, 1, 1])), "K is .*; sizes is .*, beside .*"),
         (dict(law=(("gust", 9),)), "law: gust is not stated, beside 9"),
+        (dict(given=("k0",)), "given is none, beside 0"),
+        (dict(rotation=("turns",)), "rotation is none, beside heading, turns"),
+        (dict(time=time_grid(0.5, 1.0)), "time is 0.25, 1, 0.05, beside 0.5, 1, 0.5"),
         (dict(name="cart", n_q=2), "system is plant, beside cart; sizes is .*, beside .*"),
     ],
 )
@@ -65,6 +70,23 @@ def test_the_law_of_a_claim_is_compared_with_that_of_the_robot():
     require_same(windy, of_windy)
     with pytest.raises(InputError, match="law: gust is 9, beside not stated"):
         require_same(Robot(), of_windy)
+
+
+def test_a_disturbance_by_the_name_of_plants_is_compared():
+    model, light = toy_driven.model(), Robot(plant=None, law=(("plant", "5 kg"),))
+    told = replace(model.claim.law, parameters=law_of(light).parameters)
+    model = model.replace(claim=replace(model.claim, law=told))
+    require_same(light, model)
+    with pytest.raises(InputError, match="law: plant is 5 kg, beside 50 kg"):
+        require_same(Robot(plant=None, law=(("plant", "50 kg"),)), model)
+    with pytest.raises(InputError, match="plant once; got plant"):
+        law_of(Robot(law=(("plant", "50 kg"),)))
+
+
+@pytest.mark.parametrize("law", ["gust 0.1", [0.1], lambda: {}])
+def test_a_law_that_is_no_table_is_refused_in_a_sentence(law):
+    with pytest.raises(InputError, match="plant: its law: expected values by name; got"):
+        law_of(Robot(law=law))
 
 
 def test_a_replay_is_of_the_model_s_own_robot():

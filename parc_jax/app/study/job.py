@@ -25,7 +25,7 @@ from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.drive.local.localise import Local, key_of_trial
 from parc_jax.drive.local.validate import validated
 from parc_jax.drive.local.validation import Validate
-from parc_jax.learning.bound.start_gap import trial_of, try_starts
+from parc_jax.learning.bound.start_gap import invariances, trial_of, try_starts
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
@@ -85,13 +85,13 @@ def run_study(
             )
     key, watch, out = key_of(seed), Stopwatch(during), Path(out)
     settings, cold = study.settings, None
-    # the replay is of this plant, whatever was seen of the start on another one
+    start = None  # of the replay, whatever was seen on another plant
     if model is not None:
         require_same(system, model)
-        trial_of(model.claim, system, key_of_trial(key))
+        start = trial_of(model.claim, system, key_of_trial(key))
     elif learn_from is not None and learn_from is not system:
         with watch("other starts"):
-            try_starts(system, key_of_trial(key), study.bound.gap)
+            start = try_starts(system, key_of_trial(key), study.bound.gap)
 
     def first_query(model: TrajectoryModel, picture: bool = True) -> None:
         """Compile for the queries to come; with a picture, prove and draw the answer."""
@@ -142,6 +142,7 @@ def run_study(
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
+    tried = start and start.said_in(invariances(model.claim.subject.rotation))
     metrics = {"system": system.name, "seed": seed, "device": jax.devices()[0].device_kind}
     metrics |= {"jax": jax.__version__, "python": platform.python_version()}
     metrics |= {
@@ -149,7 +150,7 @@ def run_study(
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
-        "replay": None if runs is None else tally(runs, study.repeats, study.bound.delta),
+        "replay": runs and tally(runs, study.repeats, study.bound.delta) | {"start": tried},
         "driven": None,
         "not_made": {MADE[name]: why for name, why in cannot.items() if wanted[name]},
         "stages": watch.stages,

@@ -121,13 +121,14 @@ def explained(place: Path) -> str:
 
 def _replayed(r: dict, tube: str) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
-    lost = f", and WORKERS_LOST({r['lost']}, independent of the run)" * (r["lost"] > 0)
+    lost = [f"WORKERS_LOST({r['lost']}, independent of the run)"] * (r["lost"] > 0)
+    more = ", ".join([*lost, *(r.get("start") or [])])
     first = (
         f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} reached, "
         f"{r['touched']} touched, {r['left_tube']} left the tube (claimed: {tube})"
     )
     if r["repeats"] == 1:
-        return [f"{first}{f'; assumed: {lost[6:]}' * bool(lost)}"]
+        return [f"{first}{f'; assumed: {more}' * bool(more)}"]
     mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
     return [
         first,
@@ -138,7 +139,7 @@ def _replayed(r: dict, tube: str) -> list[str]:
         f"(worst: {r['worst_plan_failed']} of {r['repeats']})",
         "        Runs are made from the origin, moved to the starts of plans and judged at their "
         "records; assumed of them is what (E) assumes, of their plant"
-        f"{lost}.",
+        f"{f', and {more}' * bool(more)}.",
     ]
 
 

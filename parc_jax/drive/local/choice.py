@@ -35,7 +35,7 @@ from parc_jax.learning.bound.counts import (
     required_runs,
 )
 from parc_jax.learning.bound.settings import intersample_of
-from parc_jax.learning.bound.start_gap import declared_gap, trial_of, try_starts
+from parc_jax.learning.bound.start_gap import ALIKE, declared_gap, trial_of, try_starts
 from parc_jax.learning.bound.statement import AS_RECORDED, assumes, confidence_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.network.fit import fit
@@ -177,10 +177,11 @@ class Choice(Sealed):
         # all obstacles: a run outside of the tube may touch those that the query pruned
         scene, fresh = unpruned_scene(self.scene), fresh_key(key, look, self.p0, self.k)
         plans = np.broadcast_to(self.plan, (n, len(self.plan)))
-        failed, lost = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet, start)
+        failed, lost, alike = run_once(system, scene, fresh, Stage.VALIDATE, plans, quiet, start)
         failures = int(failed.sum())
         bound = clopper_pearson(failures, n, float(look.delta))
-        assumed = (*ledger_of_tests(self.model.claim, lost, start=start), *look.ledger)
+        told = ledger_of_tests(self.model.claim, lost, start=start)
+        assumed = (*(x for x in told if alike or not x.startswith(ALIKE)), *look.ledger)
         law = law_of(system, "given by the plan").describe()
         return replace(self, tested=FreshRuns(n, failures, bound, look, assumed, law, self.driven))
 

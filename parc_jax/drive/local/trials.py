@@ -53,20 +53,24 @@ def run_once(
     plans: np.ndarray,
     quiet: bool,
     start: StartTrial | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, bool]:
     """Plans (n, n_p + n_k) run once each, from the origin and moved to their starts, as those
     behind the claim: failed (n,), which miss the goal, touch something or do not return, by any run
-    that begins where they do as far as `start` or the claim declares; and lost (n,).
+    that begins where they do as far as `start` or the claim declares; lost (n,); and whether all
+    that came to an end are the same for the same k.
     """
     p0, k = np.split(plans, [scene.model.n_p], axis=1)
-    failed, lost, first = [], [], 0
+    failed, lost, first, ended = [], [], 0, set()
     off = off_from_start(scene.model.claim, start)
     for runs in stream_rollouts(system, key, len(k), stage, k=k, chunk=CHUNK, quiet=quiet):
         reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
         failed.append(runs.failed | ~reached | touched)
         lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
-        first += runs.n
-    return np.concatenate(failed), np.concatenate(lost)
+        first, whole = first + runs.n, runs.finite
+        each = zip(whole.k, whole.p, whole.q, strict=True)
+        ended |= {(k.tobytes(), hash(p.tobytes() + q.tobytes())) for k, p, q in each}
+    alike = len(ended) == len({k for k, _ in ended})
+    return np.concatenate(failed), np.concatenate(lost), alike
 
 
 def by_recordings(
@@ -104,7 +108,7 @@ def ledger_of_tests(
     said = claim.assumptions if start is None else start.said_in(names)
     moved = {entry.partition("(")[0]: entry for entry in said if entry.startswith(names)}
     told = [moved.get(entry, entry) for entry in ledger(between, about, lost, gone)]
-    return (*told, *(entry for entry in said if entry == ALIKE))
+    return (*told, *(entry for entry in said if entry.startswith(ALIKE)))
 
 
 def one_of_each(

@@ -132,16 +132,16 @@ def validated(
         trial = by_recordings(source, sets, draws, first)._replace(start=start)
         tests = entry_of(TESTS, source)
     else:
-        plans = [sets[-1].sample(rng, n) for rng, n in ((seeds, SEEDS), (draws, asked.tests))]
-        others = level(sets, *np.split(plans[0], [query.model.n_p], axis=1))
+        some, plans = (sets[-1].sample(*x) for x in ((seeds, SEEDS), (draws, asked.tests)))
+        others = level(sets, *np.split(some, [query.model.n_p], axis=1))
         first = first_set(others, len(sets), asked.tests, least)
-        failed, lost = run_once(source, sets[-1].scene, key, Stage.SCENE, plans[1], quiet, start)
+        failed, lost, _ = run_once(source, sets[-1].scene, key, Stage.SCENE, plans, quiet, start)
         # of the last set are all of them, though the rounding of a membership may say otherwise
-        levels = level(sets, *np.split(plans[1], [query.model.n_p], axis=1))
+        levels = level(sets, *np.split(plans, [query.model.n_p], axis=1))
         inside = np.minimum(levels, len(sets) - 1) <= np.arange(len(sets))[:, None]
         trial = Trial(inside, inside & failed, lost, start)
         made = [source.name, list(seed_of(key)), int(Stage.SCENE)]
-        tests = [TESTS, *made, [[0, len(plans[1]) - 1]]]
+        tests = [TESTS, *made, [[0, len(plans) - 1]]]
     steps, passed = fixed_sequence(asked, trial.inside, trial.failed, first)
     if not passed:
         return replace(answer, validation=Validation(None, steps, asked))

@@ -316,10 +316,11 @@ def update(
     told += [x.replace("the claim", "the claim before") for x in before]
     said = tuple(x for x in new.assumptions if not x.startswith("FRESH("))
     said += (f"FRESH({'; '.join(told)})",) if told else ()
-    # by their subject fresh runs of a seed are of that system; recorded ones show what disturbs
-    alike = f"{ALIKE[:-1]}; tried before an update)"  # of runs alone it cannot be tried again
-    some = fresh.seed is not None and {ALIKE, alike}.intersection(claim.assumptions)
-    said += (alike,) if some else ()
+    # of runs alone it cannot be tried again; recorded ones show what disturbs
+    if fresh.seed is not None and fresh.law.source == claim.law.source:
+        tried = "; tried before an update)"
+        alike = [x for x in claim.assumptions if x.startswith(ALIKE)]
+        said += tuple(x.removesuffix(tried).removesuffix(")") + tried for x in alike)
     order = about.given and about.unordered(fresh.subject)
     said += ("ORDER_OF_K(that of the claim before; not all have names)",) if order else ()
     known = {"updated_from": source} | remembered(claim, new)

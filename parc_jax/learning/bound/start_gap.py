@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from jax.interpreters.partial_eval import dce_jaxpr
 
-from parc_jax.checker.claim import OURS, STARTS
+from parc_jax.checker.claim import STARTS
 from parc_jax.common.arrays import difference
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
@@ -28,13 +28,14 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.law import law_of
-from parc_jax.learning.runs.simulate import is_traceable, simulator
+from parc_jax.learning.runs.simulate import is_traceable, simulator, traced
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
 from parc_jax.learning.systems.user_code import blamed
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
-ALIKE = f"NO_DISTURBANCE(of {STARTS} k, runs of each under two keys are the same to the last bit)"
+ALIKE = "NO_DISTURBANCE"
+FEW = ("none", "one", "two", "three", "four", "five", "six", "seven")  # checkers read numbers
 SAME = 1e-4  # [of the distance travelled] by which runs that are compiled apart may round apart
 FAR = 10.0  # times the travelled distance: as far away are STARTS starts, beside as many headings
 
@@ -147,13 +148,15 @@ class StartTrial(NamedTuple):
 
     declared: [m or rad] bound on the influence of the place of the start, and once more of its
         heading where the system declares `rotation`. seen, turned: largest effect of a place and of
-        a heading in a trial, None = not tried. alike: keys changed no run.
+        a heading in a trial, None = not tried. alike: number of k of which two keys were compared
+        and changed no run. ended: runs from as many starts, and headings, were compared.
     """
 
     declared: float
     seen: float | None
     turned: float | None = None
-    alike: bool = False
+    alike: int = 0
+    ended: int = STARTS
 
     @property
     def record(self) -> dict[str, str | None]:
@@ -165,9 +168,12 @@ class StartTrial(NamedTuple):
         """The assumptions, those on the start with its numbers."""
         named, tried = {}, ((MOVED, self.seen, "starts"), (TURNED, self.turned, "headings"))
         for entry, x, of in tried:
+            of += f", {FEW[self.ended]} of them compared" if self.ended < STARTS else ""
             seen = "not measured" if x is None else f"{rounded_up(x, 6)} seen from {STARTS} {of}"
             named[entry] = f"{entry}(within {rounded_up(str(self.declared), 6)}; {seen})"
-        return (*(named.get(entry, entry) for entry in assumptions), *[ALIKE] * self.alike)
+        alike = "k, runs of each under two keys are the same to the last bit)"
+        told = [f"{ALIKE}(of {self.alike} {alike}"] if self.alike else []
+        return (*(named.get(entry, entry) for entry in assumptions), *told)
 
 
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -190,12 +196,22 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
     by_key, by_python = _decided(system)
-    alike = all(_alike(system, key, x) for x in (k[:1], k[1:])) if by_python else not by_key
+    same: list[bool] = []
+    for some in (k[:1], k[1:]) if by_python else ():
+        same += _alike(system, key, some) if all(same) else []
+    alike = len(same) * all(same) if by_python else STARTS * (not by_key)
     if by_python and not alike and is_traceable(system):  # callbacks may draw once for all runs
         both = (collect(system, key, STARTS, Stage.SEARCH, k=k, quiet=True) for _ in range(2))
         first, again = ({"p": x.p, "q": x.q} for x in both)
         require_same_runs(system.name, first, again, system)
-    if rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None)):
+    headed = rotation_of(system) is not None and callable(getattr(system, "rollout_headed", None))
+    offered = ("rollout_from", "rollout_from_batch")
+    moved = any(callable(getattr(system, name, None)) for name in offered)
+    if not (headed or moved):
+        return StartTrial(declared, None, None, alike)
+    few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
+    ended = STARTS - int(few.failed.sum())  # where others end elsewhere, they differ
+    if headed:
         turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
         if not turned <= declared:
             raise InputError(
@@ -203,10 +219,8 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
                 f"{declared:.3g}, as it declares; they differ by up to {turned:.3g}. Leave "
                 "`rotation` out, or make the heading part of k."
             )
-    offered = ("rollout_from", "rollout_from_batch")
-    if not any(callable(getattr(system, name, None)) for name in offered):
-        return StartTrial(declared, None, turned, alike)
-    few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
+    if not moved:
+        return StartTrial(declared, None, turned, alike, ended)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
     starts = FAR * float(travelled) * generator(key).uniform(-1, 1, (STARTS, system.n_p))
     gap = translation_gap(system, key, starts)
@@ -218,25 +232,22 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
             f"{gap.q.max(initial=0.0):.3g}. Make the start part of k, or declare a --gap that "
             "holds everywhere: the tube is widened by it."
         )
-    return StartTrial(declared, gap.largest, turned, alike)
+    return StartTrial(declared, gap.largest, turned, alike, ended)
 
 
-def _alike(system: System, key: jax.Array, k: np.ndarray) -> bool:
-    """Are runs of each of k (n, n_k) under two keys the same to the last bit, or both failed?"""
+def _alike(system: System, key: jax.Array, k: np.ndarray) -> list[bool]:
+    """Of each of k (n, n_k) of which runs of two keys end: are they the same to the last bit?"""
     n = len(k)  # in two calls: what Python draws may be one number for all runs of a call
     one, two = (collect(system, key, n, Stage.SEARCH, k=k, first_row=x, quiet=True) for x in (0, n))
-    here = ~(one.failed & two.failed)
-    return all(np.array_equal(x[here], y[here]) for x, y in ((one.p, two.p), (one.q, two.q)))
+    same = (one.p == two.p).all(axis=(1, 2)) & (one.q == two.q).all(axis=1)
+    return same[~(one.failed | two.failed)].tolist()
 
 
 def _decided(system: Any) -> tuple[bool, bool]:
     """Are outputs of a system's program made from its key, and does Python have a say?"""
     if not is_traceable(system):
         return True, True
-    double = simulator(system).double
-    k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
-    with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
-        made = jax.make_jaxpr(system.rollout)(jax.ShapeDtypeStruct((2,), np.uint32), k)
+    made = traced(system, simulator(system).double)
     used, (reads, _) = dce_jaxpr(made.jaxpr, [True] * len(made.out_avals))
     return reads, any(f"{x}_callback[" in str(used) for x in ("pure", "io"))  # `debug_` prints
 
@@ -256,8 +267,7 @@ def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -
     """The trial behind further runs; None where the claim tells of its own, on this very plant."""
     if isinstance(system, RolloutBatch):  # recorded runs cannot be started elsewhere
         return StartTrial(declared_gap(claim), None)
-    told = [pair for pair in claim.law.parameters if not pair[0].startswith(OURS)]
-    made_here = (claim.law.generator, told) == (system.name, [*law_of(system).parameters])
+    made_here = claim.law.source == law_of(system).source
     seen = claim.evidence.get("start", {}).get("seen") if made_here else None
     return try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None
 

@@ -14,7 +14,8 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.runs.batch import BY_ROW, RolloutBatch, rollout_batch
+from parc_jax.learning.runs import files
+from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.chunks import (
     Arrays,
     ChunkStore,
@@ -37,7 +38,7 @@ from parc_jax.learning.runs.law import (
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system
 from parc_jax.learning.systems.chained import Chained
-from parc_jax.learning.systems.content import whole_digest, with_digest
+from parc_jax.learning.systems.content import with_digest
 from parc_jax.learning.systems.python_system import PythonSystem
 from parc_jax.learning.systems.user_code import blamed
 
@@ -78,7 +79,7 @@ def collect(
     chunk = work.chunk(chunk, parts)
     batch = concatenate(_streamed(work, chunk, parts, quiet), n)
     if parts is not None:
-        made_by = {"system": identity, "chunk": chunk, "runs": _told(batch)}
+        made_by = {"system": identity, "chunk": chunk, "runs": files.digest_of(batch)}
         save_rollouts(path, batch, made_by)
         shutil.rmtree(parts, ignore_errors=True)
     return batch
@@ -237,20 +238,16 @@ def _finished(work: _Work, path) -> RolloutBatch:
     batch = rollouts_from_npz(path, arrays)
     made_by = meta_of(arrays).get("made_by") or {}
     time, system = batch.time, work.system
-    stored = {
+    stored = made_by.get("system", {}) | {
         "law": batch.law.hash,
         "grid": hex_text((time.dt, time.t_f, time.dt_record)),
-        "n_p": batch.n_p,
-        "n_q": batch.n_q,
-        "points": list(batch.points),
         "n": batch.n,
         "first_row": int(batch.rows[0]),
         "seed": batch.seed and list(batch.seed),
         "stage": batch.stage,
         "dtype": batch.p.dtype.name,
-        "runs": _told(batch),
-    } | made_by.get("system", {})
-    wanted = work.identity() | work.facts() | {"n": work.n, "runs": made_by.get("runs")}
+    }
+    wanted = work.identity() | work.facts() | {"n": work.n}
     names = stored.keys() | wanted.keys()
     differs = {name for name in names if stored.get(name) != wanted.get(name)}
     if work.is_given and not (batch.k == np.asarray(work.k, np.float64)).all():
@@ -266,11 +263,6 @@ def _finished(work: _Work, path) -> RolloutBatch:
     require_same_runs(path, runs, work.simulate(rows), system)
     about = subject_of(system)
     return replace(batch, rotation=about.rotation, labels=about.labels, given=about.given)
-
-
-def _told(batch: RolloutBatch) -> str:
-    """Of the runs as a file holds them: one that was edited is no file of this work."""
-    return whole_digest([getattr(batch, name) for name in BY_ROW])
 
 
 def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):

@@ -18,6 +18,7 @@ from parc_jax.common.sets.box import box
 from parc_jax.learning.runs.batch import BY_ROW, RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import LawSpec
 from parc_jax.learning.system import time_grid
+from parc_jax.learning.systems.content import whole_digest
 
 FORMAT = "parc_jax.rollouts/1"
 STATED = ("seed", "stage", "points", "rotation", "given", "source")  # of a batch, as plain values
@@ -106,7 +107,15 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
         about |= {name: arrays[name] for name in BY_ROW if name in arrays or name in BY_ROW[:4]}
         K, time = box(arrays["lo"], arrays["hi"]), time_grid(**meta["time"])
-        return rollout_batch(time=time, domain=K, law=law, **about)
+        batch = rollout_batch(time=time, domain=K, law=law, **about)
+    if (meta.get("made_by") or {}).get("runs", told := digest_of(batch)) != told:
+        raise InputError(f"{path}: holds other rollouts than were made; expected the same runs.")
+    return batch
+
+
+def digest_of(batch: RolloutBatch) -> str:
+    """Of the runs as a file holds them: one that was edited is no file of `collect`."""
+    return whole_digest([getattr(batch, name) for name in BY_ROW])
 
 
 def meta_of(arrays: dict) -> dict:

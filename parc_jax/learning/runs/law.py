@@ -13,7 +13,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import hex_floats, hex_text, listed, nearest_floats
+from parc_jax.common.spelling import exact, hex_floats, hex_text, listed, nearest_floats
 from parc_jax.learning.labels import (
     PARTS,
     Labels,
@@ -78,6 +78,11 @@ class LawSpec:
     def hash(self) -> str:
         """SHA-256 of the canonical JSON of all fields."""
         return hash_of_law(asdict(self))
+
+    @property
+    def source(self) -> tuple:
+        """Generator, and the parameters that a system declares."""
+        return self.generator, [pair for pair in self.parameters if not pair[0].startswith(OURS)]
 
     @property
     def box(self) -> str:
@@ -152,15 +157,15 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
     """
     with blamed(f"{system.name}: expected a law that can be read"):
         law = getattr(system, "law", None)
-    parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
-    if isinstance(getattr(system, "plant", None), str):
-        parameters["plant"] = system.plant
-    if ours := [name for name in parameters if str(name).startswith(OURS)]:
+    with reading(f"{system.name}: its law", "values by name"):
+        parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
+    named = {x: y for x in ["plant"] if isinstance(y := getattr(system, x, None), str)}
+    if ours := [name for name in parameters if str(name).startswith(OURS) or name in named]:
         raise InputError(
-            f"{system.name}: expected parameters of a law that do not begin with {OURS!r}; got "
-            f"{', '.join(map(str, ours))}. Rename them."
+            f"{system.name}: expected parameters of a law that do not begin with {OURS!r}, and "
+            f"plant once; got {', '.join(map(str, ours))}. Rename them."
         )
-    return law_spec(system.name, system.domain, k_law, parameters)
+    return law_spec(system.name, system.domain, k_law, parameters | named)
 
 
 def identity_of(system) -> dict:
@@ -256,8 +261,8 @@ class Subject:
         """The same for people, with the names of the parameters, to be compared with others."""
         told = {
             "system": self.system,
-            "K": hex_text([self.domain.lo, self.domain.hi]),
-            "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
+            "K": [list(map(exact, x)) for x in (self.domain.lo, self.domain.hi)],
+            "time": [*map(exact, (self.time.dt, self.time.t_f, self.time.dt_record))],
             "sizes": [f"{SAID[x]}: {len(getattr(self.labels, x))}" for x in PARTS],
             "points": list(self.points),
             "rotation": "none" if self.rotation is None else ["heading", *self.rotation],

@@ -1,6 +1,7 @@
 """Random-stream rows -> parameters, trajectories: a compiled program per system and chunk shape."""
 
 import random
+import re
 import threading
 
 import jax
@@ -14,7 +15,7 @@ from parc_jax.common.keys import Stage, row_keys, stream
 from parc_jax.learning.runs.chunks import worker_devices
 from parc_jax.learning.system import Retried, Trajectory, check_system, points_of
 from parc_jax.learning.systems.chained import Chained, ToRun, begun, links_of, lost_in
-from parc_jax.learning.systems.content import Content, content_of
+from parc_jax.learning.systems.content import Content, content_of, whole_digest
 from parc_jax.learning.systems.user_code import blamed
 
 SAME = 1e-6  # [widths of K] by which a draw may be outside of it for rounding
@@ -105,12 +106,19 @@ class Simulator:
                 if shape not in self._compiled:
                     before = _global_chance()
                     result = run()
-                    if _global_chance() != before:  # perhaps by another thread, or from a seed
+                    # perhaps by another thread, or from a seed
+                    if _global_chance() != before or self._varies():
                         self._require_again(result, run)
                     self._compiled.add(shape)
                     self._content = content_of(self.system)
                     return result
         return run()
+
+    def _varies(self) -> bool:
+        """Is it another program each time it is traced? Parts that are jitted stay as they were."""
+        made = [traced(self.system, self.double) for _ in range(0 if self._compiled else 2)]
+        told = ([re.sub("0x[0-9a-f]+", "", str(x.jaxpr)), x.consts] for x in made)  # no addresses
+        return len(set(map(whole_digest, told))) > 1
 
     def _require_again(self, result, run) -> None:
         """Raises InputError where what `run` gives is another when it is compiled anew."""
@@ -203,6 +211,14 @@ def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried
 def jitted_rollouts(system):
     """jit(vmap(rollout)), compiled as suits the kind of device."""
     return jax.jit(jax.vmap(system.rollout), compiler_options=options(backend()))
+
+
+def traced(system, double: bool):
+    """The program of a run of a system in JAX, traced anew. Raises InputError."""
+    k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
+    with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
+        rollout = jax.make_jaxpr(lambda key, k: system.rollout(key, k))
+        return rollout(jax.ShapeDtypeStruct((2,), np.uint32), k)
 
 
 def is_traceable(system) -> bool:

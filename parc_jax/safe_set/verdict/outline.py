@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.common.premises import MEASURED, Premises, agree, premises
+from parc_jax.common.premises import MEASURED, agree, premises
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.law import BOX, LawSpec, Subject, law_of, subject_of
+from parc_jax.learning.runs.law import BOX, Subject, law_of, subject_of
 from parc_jax.learning.system import System
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
@@ -43,8 +43,8 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     known = {
         "system": about.system != "",
         "K": K.n != whole.n or not whole.contains(np.stack([K.lo, K.hi])).all(),
-        "rotation": about.rotation is not None,
-        "given": about.given != (),
+        "rotation": about.rotation is not None or about.system != "",
+        "given": about.given != () or about.system != "",  # some declared claims are of no system
         # a model may be given other names, a system with its own in another order is another
         "parameters": sorted(own.labels.k) == sorted(about.labels.k),
         "goal states": sorted(own.labels.q) == sorted(about.labels.q),
@@ -55,10 +55,9 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     hint = "Name the system that the model was learned from, or learn this one."
     about.agree(where, own, free, hint)
     if law.generator == own.system:
-        agree(where, _disturbances(law), _disturbances(law_of(system)), hint=hint)
-
-
-def _disturbances(law: LawSpec) -> Premises:
-    """Parameters of a law but for where it is simulated, and on what part of K."""
-    told = (pair for pair in law.parameters if pair[0] not in ("plant", BOX))
-    return premises((f"law: {name}", MEASURED, value) for name, value in told)
+        told = law_of(system)
+        # a part of K, and where it is simulated, may differ, but no disturbance of that name
+        named = "plant" in dict(told.parameters) and getattr(system, "plant", None) is None
+        free = [f"law: {BOX}", *["law: plant"] * (not named)]
+        both = ([(f"law: {x}", MEASURED, y) for x, y in one.parameters] for one in (law, told))
+        agree(where, *map(premises, both), free=free, hint=hint)
