@@ -162,7 +162,8 @@ class Live:
             errors = known.obstacles
             if half.any():  # beside the error that is told of an obstacle, if one is
                 by, told = from_box(box(-half, half)), errors or [None]
-                errors = [by if one is None else around_box([one], half)[0] for one in told]
+                wider = (by if x is None else around_box([x], half)[0] for x in told)
+                errors = [x.replace(b=x.b.round(9)) for x in wider]  # as it is told
             changes["uncertainty"] = replace(known, start=start, obstacles=errors)
         return self._told.replace(obstacles=[grips[n].moved() for n in names], **changes)
 

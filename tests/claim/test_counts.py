@@ -88,6 +88,12 @@ def test_rare_runs_take_more_than_an_integer_of_c():
     n = required_runs(1e-8, 1e-6, 5)
     assert n > 2**31
     assert decimal_tail(n, 1e-8, 5) <= Decimal("1e-6") < decimal_tail(n - 1000, 1e-8, 5)
+
+
+@pytest.mark.parametrize(("n", "delta"), [(2_127_949_024, 0.05), (57_962_265, 0.1)])
+def test_a_bound_by_many_trials_is_never_on_the_small_side(n, delta):
+    """The inverse of scipy's tail was, by 1e-7 of delta."""
+    assert decimal_tail(n, float(clopper_pearson(1, n, delta)), 1) <= Decimal(delta)
     for discard in (0, 1):
         assert required_runs(1e-16, 1e-6, discard) > 2**50
         with pytest.raises(InputError, match=r"^eps: expected one that fewer than 2\^61 runs show"):

@@ -93,7 +93,10 @@ def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
         )
     if failures == n:
         return Fraction(1)
-    return min(Fraction(1), Fraction(_rare_at(failures, n, delta) * _OUTWARD))
+    p = _rare_at(failures, n, delta) * _OUTWARD
+    while n > FEW and p < 1.0 and wrong_claim_probability(n, p, failures) > delta:
+        p *= _TAIL_OUTWARD  # the inverse of scipy's tail is less exact than the tail
+    return min(Fraction(1), Fraction(p))
 
 
 def _rare_at(failures: int, n: int, delta: float) -> float:
@@ -112,7 +115,7 @@ def _rare_at(failures: int, n: int, delta: float) -> float:
 
 def least_probability(successes: int, n: int, delta: float) -> float:
     """Lower bound, rounded down, at 1 - delta on a probability of `successes` in n trials. [T6]"""
-    return float(1 - clopper_pearson(n - successes, n, delta))
+    return math.nextafter(float(1 - clopper_pearson(n - successes, n, delta)), 0.0)
 
 
 def most_discards(n: int, eps: float, delta: float) -> int:

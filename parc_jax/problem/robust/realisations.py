@@ -17,7 +17,7 @@ import numpy as np
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
 from parc_jax.common.sets.box import Box
-from parc_jax.common.spelling import exact, listed, rounded_down, rounded_up
+from parc_jax.common.spelling import exact, listed, rounded_up
 from parc_jax.learning.labels import axes_of, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.system import TURNS
@@ -295,10 +295,9 @@ def words(
         parts.append(f"every goal moved by up to {goal}{sure}")
     for i, s in enumerate(uncertainty.obstacles):
         if s is not None:
-            ends = zip(*(map(exact, x) for x in finite_box(s, "uncertainty")), strict=True)
+            ends = zip(*finite_box(s, "uncertainty of obstacles"), strict=True)
             of = "every obstacle" if len(uncertainty.obstacles) == 1 else f"obstacle {i}"
-            # inwards: what holds for more holds for these
-            within = ", ".join(f"{rounded_up(lo, 6)} to {rounded_down(hi, 6)}" for lo, hi in ends)
+            within = ", ".join(f"{exact(lo)} to {exact(hi)}" for lo, hi in ends)
             parts.append(f"{of} moved by an error of its set, which lies within {within} m")
     parts += [p.words for p in executions.parameters if p.source is not None]
     said = "; ".join(parts) or "everything exactly as it was told"
