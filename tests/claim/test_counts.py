@@ -123,7 +123,7 @@ def test_one_bound_on_a_probability_serves_everybody(monkeypatch):
         assert exact_tail(n, clopper_pearson(failures, n, delta), failures) <= delta
         summed = float(clopper_pearson(failures, n, delta))
         monkeypatch.setattr(counts, "FEW", 0)
-        assert float(clopper_pearson(failures, n, delta)) == pytest.approx(summed, rel=1e-8)
+        assert float(clopper_pearson(failures, n, delta)) == pytest.approx(summed, rel=2e-7)
         monkeypatch.undo()
     for failures, n, delta in (*few, (120, 9_000, 1e-9)):
         high = float(clopper_pearson(failures, n, delta))

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy import interpolate, signal, stats
-from scipy.spatial import KDTree
+from scipy.spatial import Delaunay, KDTree
 from scipy.spatial.transform import Rotation
 from synthetic_plants import straight_network
 
@@ -356,6 +356,13 @@ def stepped(model):
     mujoco.mj_step(model, mujoco.MjData(model))
 
 
+SPREAD, OVER = np.split(np.random.default_rng(0).random((50, 3)), [2], axis=1)
+
+
+def at_the_middle(table):
+    assert np.isfinite(table(0.5, 0.5)).all()
+
+
 # makers of objects of libraries by a number, and what uses one
 TABLES = {
     "cubic": (lambda n: interpolate.CubicSpline(X, n * X**2), lambda f: f(2.5)),
@@ -367,7 +374,11 @@ TABLES = {
         lambda f: f([[1.0, 1.5]]),
     ),
     "rotation": (lambda n: Rotation.from_euler("z", n), lambda r: r.as_matrix()),
-    "tree": (lambda n: KDTree(np.c_[X, n * X]), lambda tree: tree.query([0, 1])),
+    "tree": (lambda n: KDTree(n * SPREAD), lambda tree: tree.query([0, 1])),
+    "nearest": (lambda n: interpolate.NearestNDInterpolator(n * SPREAD, OVER), at_the_middle),
+    "linear": (lambda n: interpolate.LinearNDInterpolator(SPREAD, n * OVER), at_the_middle),
+    "smooth": (lambda n: interpolate.CloughTocher2DInterpolator(SPREAD, n * OVER), at_the_middle),
+    "triangles": (lambda n: Delaunay(n * SPREAD), lambda x: x.transform),
     "system": (lambda n: signal.lti([1.0], [1.0, n]), lambda system: system.step()),
     "states": (
         lambda n: signal.StateSpace([[-n]], [[1.0]], [[1.0]], [[0.0]]),

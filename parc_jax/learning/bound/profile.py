@@ -13,13 +13,7 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.bound.bins import Bins, Edges
 from parc_jax.learning.bound.edges import edges_of, smoothed
 from parc_jax.learning.bound.error_set import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
-from parc_jax.learning.bound.measure import (
-    Errors,
-    allowance,
-    chunk_size,
-    extremes_many,
-    measure,
-)
+from parc_jax.learning.bound.measure import Errors, allowance, chunk_size, extremes_many, measure
 from parc_jax.learning.bound.tube import Tube, fitted_tube, tube, zero_tube
 from parc_jax.learning.network.predict import layout_of, trajectories
 from parc_jax.learning.network.relu import ReLUNetwork

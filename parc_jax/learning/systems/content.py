@@ -28,6 +28,7 @@ OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels",
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
+_TABLE, _SHOWN = (*_PLAIN, np.ndarray), (types.GetSetDescriptorType, types.MemberDescriptorType)
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
@@ -102,7 +103,10 @@ class Reader:
             names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
         for name in names:
             if hasattr(x, name) and not (self.lasting and self._hidden(x, name)):
-                yield name, getattr(x, name)
+                table = name.removeprefix("_")  # a library completes some as they are asked for
+                asked = isinstance(getattr(type(x), table, None), property)
+                asked &= self.lasting and not is_own(_file_of(type(x)))
+                yield name, getattr(x, table if asked else name)
 
     def _hidden(self, x, name: str) -> bool:
         # made from the others, once they are asked for, by `once` and here; or said to pass
@@ -137,7 +141,14 @@ class Reader:
     def _opaque(self, x) -> str:
         if not self.lasting:
             return f"{_name_of(type(x))} {id(x)}"
-        return _name_of(type(x)) + (self.digest(_copied(x)) if self._is_whole(x) else "")
+        if not self._is_whole(x):
+            return _name_of(type(x))
+        # copies of compiled classes may hold addresses: tables that they show tell more
+        shown = {y: d for cls in reversed(type(x).__mro__) for y, d in vars(cls).items()}
+        shown = [y for y, d in shown.items() if isinstance(d, _SHOWN) and not y.startswith("_")]
+        tables = [y for y in (getattr(x, y, None) for y in shown) if isinstance(y, _TABLE)]
+        known = any(isinstance(y, np.ndarray) for y in tables)
+        return _name_of(type(x)) + self.digest(tables if known else _copied(x))
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__

@@ -103,7 +103,7 @@ def build_table(
     both = or_over_cells(np.concatenate([plus, minus], axis=1), boundaries)
     plus, minus = np.split(both, 2, axis=1)
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
-    effort = (oracle.n_signs, oracle.n_exact, oracle.n_repaired)
+    effort = oracle.n_signs, oracle.n_exact
     whole = float(np.prod(unit.hi - unit.lo))
     proof = prove_complete(volumes, whole, faces, plus, minus, facet_label, facet_count, effort)
     size = float(np.prod(scale))

@@ -25,8 +25,8 @@ class Completeness:
 
     volume, domain_volume: sum over the regions, and of the domain.
     euler: sum over k of (-1)^k (number of k-faces), 1 for a ball cut into cells.
-    faces: number of k-faces, k = 0..n. n_signs: vertex signs decided.
-    n_exact: vertices computed in rationals, n_repaired of them for poor floats, not an open sign.
+    faces: number of k-faces, k = 0..n. n_signs: vertex signs decided. n_exact: vertices computed
+    in rationals, for an open sign or a poor float.
     """
 
     volume: float
@@ -35,7 +35,6 @@ class Completeness:
     faces: tuple[int, ...]
     n_signs: int
     n_exact: int
-    n_repaired: int
 
     @property
     def gap(self) -> float:
@@ -51,13 +50,13 @@ def prove_complete(
     minus: UInt64[np.ndarray, "r words"],
     facet_label: Int[np.ndarray, " F"],
     facet_count: Int[np.ndarray, " F"],
-    effort: tuple[int, int, int],
+    effort: tuple[int, int],
 ) -> Completeness:
     """Raise SoundnessError unless the regions cover the domain with disjoint interiors.
 
     plus, minus: bit words (r, words), neurons positive / negative at some vertex of the region.
     facet_label (F,): >= 0 for a neuron, < 0 for a domain row; facet_count (F,): regions it bounds.
-    effort: (n_signs, n_exact, n_repaired).
+    effort: (n_signs, n_exact).
     """
     total = math.fsum(volumes)
     euler = sum(faces[::2]) - sum(faces[1::2])

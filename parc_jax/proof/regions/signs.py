@@ -18,8 +18,7 @@ POOR = 2.0**-10
 class SignOracle:
     """Signs for one complex. `begin` opens a layer, then one `codes` per column in order.
 
-    n_exact, n_repaired: vertices evaluated in rationals because a sign was open or the float poor.
-    n_signs: signs decided.
+    n_exact: vertices evaluated in rationals. n_signs: signs decided.
     """
 
     def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float):
@@ -28,7 +27,6 @@ class SignOracle:
         self.delta = delta
         self.points: dict[int, tuple[list[int], int]] = {}
         self.n_exact = 0
-        self.n_repaired = 0
         self.n_signs = 0
 
     def begin(
@@ -96,7 +94,6 @@ class SignOracle:
 
     def _repair(self, new: Int[np.ndarray, " v"], n_columns: int) -> None:
         for v in new[~(self.lattice.rho.data[new] <= POOR)]:
-            self.n_repaired += 1
             self._row(int(v), n_columns)
 
     def _row(self, v: int, n_columns: int) -> np.ndarray:

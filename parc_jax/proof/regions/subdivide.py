@@ -27,11 +27,7 @@ def _regions(net: ReLUNetwork, lo: tuple, hi: tuple) -> RegionTable:
 
 
 def enumerate_regions(
-    net: ReLUNetwork,
-    domain: Box,
-    *,
-    max_regions: int = 2_000_000,
-    max_bytes: int | None = None,
+    net: ReLUNetwork, domain: Box, *, max_regions: int = 2_000_000, max_bytes: int | None = None
 ) -> RegionTable:
     """All full-dimensional linear regions of `net` over `domain`, proved complete [T16, T17].
 
