@@ -214,7 +214,7 @@ def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
             )
     told = f", of {bare[0]} the recorder's" if bare else ""
     clock = "recorder" if len(bare) == len(topics) else clock + told * (clock == "header")
-    return Drive(one.resolve().name, clock, apart, beside, where, times, values)
+    return Drive(one.absolute().name, clock, apart, beside, where, times, values)
 
 
 def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
@@ -223,12 +223,13 @@ def _check_robots(together: Sequence[Sequence[Drive]]) -> None:
     """
     for one, other in chain(*(product(*both) for both in combinations(together, 2))):
         both = one.where, other.where  # whatever the clock of the runs: recorders have their own
-        at = [x.stamps if x.stamps.any() else x.times for x in both]
+        headed = all(x.stamps.any() for x in both)
+        at = [x.stamps if headed else x.times // 10**9 for x in both]  # [s], heard later by some
         if max(x.min() for x in at) > min(x.max() for x in at):
             continue
         # robots may rest at one place of their frames for long
         moved = [np.append(False, (np.diff(x.pose[:, :2], axis=0) != 0).any(axis=1)) for x in both]
-        rows = (np.c_[x.stamps, x.pose[:, :2]][some] for x, some in zip(both, moved, strict=True))
+        rows = (np.c_[y, x.pose[:, :2]][some] for x, y, some in zip(both, at, moved, strict=True))
         mine, others = ({*map(tuple, x.tolist())} for x in rows)
         if 2 * (same := len(mine & others)) > min(len(mine), len(others)):
             raise InputError(

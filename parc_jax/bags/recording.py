@@ -40,11 +40,10 @@ def recordings_in(path) -> list[Path]:
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such file.")
-    if is_bag(path):
-        return [path]
-    found = [inside for inside in sorted(path.iterdir()) if is_bag(inside)] if path.is_dir() else []
+    inside = [path] if is_bag(path) else sorted(path.iterdir()) if path.is_dir() else []
+    found = [one for one in inside if is_bag(one)]
     named = (one for one in sorted(path.rglob("*")) if UNREAD.search(one.name))
-    if left := [one.relative_to(path) for one in named if not {one, *one.parents} & {*found}]:
+    if left := [x.relative_to(path) for x in named if x not in found and not _is_part(x, found)]:
         raise InputError(
             f"{path}: expected bags, closed, unpacked and in no sub-folder; got {some_of(left)}. "
             "Try `rosbag reindex`, and put each beside the others: it may be of a run that failed."
@@ -55,6 +54,12 @@ def recordings_in(path) -> list[Path]:
             "folder of bags; there is none."
         )
     return found
+
+
+def _is_part(one: Path, found: Sequence[Path]) -> bool:
+    """Is it a file that the metadata of its folder, a bag, name?"""
+    text = (one.parent / METADATA).read_text("utf-8", "replace") if one.parent in found else ""
+    return one.name in text
 
 
 def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:

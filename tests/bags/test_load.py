@@ -389,6 +389,27 @@ def test_a_recording_in_the_folder_that_is_not_read_is_refused(tmp_path, name):
     assert "\n" not in str(why.value) and str(why.value)[-1] == "."
 
 
+@pytest.mark.parametrize("name", ["good_1.mcap", "failed/a_0.db3"])
+def test_a_recording_inside_of_a_bag_that_is_not_of_it_is_refused(tmp_path, name):
+    path = write(tmp_path / "good", "mcap", drive(COMMANDS), COMMANDS)
+    folder = tmp_path if path.is_dir() else tmp_path / "good"
+    assert path.is_dir()
+    (path / name).parent.mkdir(exist_ok=True)
+    (path / name).touch()
+    for asked in (folder, path):
+        with pytest.raises(InputError, match=f"in no sub-folder; got .*{name}"):
+            pj.exchange.load_bags(asked, GRID, **ASKED)
+
+
+def test_recordings_that_are_linked_have_the_names_of_their_links(tmp_path):
+    bags = tmp_path / "bags"
+    bags.mkdir()
+    for i in range(2):
+        driven = drive(COMMANDS, begin=1.7e9 + 1e5 * i)
+        (bags / f"day{i}.mcap").symlink_to(bag(tmp_path / f"{i}", "mcap", "run", driven))
+    assert pj.exchange.load_bags(bags, GRID, **ASKED).recordings == 2
+
+
 def test_labels_swap_no_two_numbers_of_a_command(tmp_path):
     own = {"k": ("speed [m/s]", "angular.z [rad/s]")}
     path = bag(tmp_path)

@@ -325,7 +325,7 @@ def test_kept_recordings_are_all_of_those_of_the_claim_as_they_were(slipped, tmp
     ]
     kept |= {name: kept[name][~held.failed] for name in long}
     np.savez(tmp_path / "edited.npz", **kept)
-    with pytest.raises(InputError, match="all of them as they were; got others"):
+    with pytest.raises(InputError, match="holds other rollouts than were made"):
         pj.load(tmp_path / "edited.npz")
 
 

@@ -53,8 +53,10 @@ def test_an_own_file_with_other_names_or_numbers_is_refused(batch, tmp_path):
     meta = json.loads(str(kept["meta"])) | {"weather": "rain"}
     with pytest.raises(InputError, match="got weather too"):
         edited(**kept | {"meta": np.array(json.dumps(meta))})
-    for other in (alone, kept | {"k": kept["k"][::-1]}, kept | {"groups": np.arange(30)}):
-        with pytest.raises(InputError, match="all of its runs as they were; got others"):
+    on_the_way = kept["p"] + 9 * (np.arange(kept["p"].shape[1]) == 1)[:, None]
+    others = {"k": kept["k"][::-1]}, {"groups": np.arange(30)}, {"p": on_the_way}
+    for other in (alone, *(kept | one for one in others)):
+        with pytest.raises(InputError, match="holds other rollouts than were made"):
             edited(**other)
     save_rollouts(tmp_path / "some.npz", log.select(slice(3, 9)))
     assert load_rollouts(tmp_path / "some.npz").recordings == 2

@@ -57,7 +57,7 @@ def run_once(
     """Plans (n, n_p + n_k) run once each, from the origin and moved to their starts, as those
     behind the claim: failed (n,), which miss the goal, touch something or do not return, by any run
     that begins where they do as far as `start` or the claim declares; lost (n,); and whether all
-    that came to an end are the same for the same k.
+    of them are the same for the same k.
     """
     p0, k = np.split(plans, [scene.model.n_p], axis=1)
     failed, lost, first, ended = [], [], 0, set()
@@ -66,8 +66,8 @@ def run_once(
         reached, touched = reached_and_touched(scene, runs, p0[first : first + runs.n], off)
         failed.append(runs.failed | ~reached | touched)
         lost.append(np.zeros(runs.n) if runs.lost is None else runs.lost)
-        first, whole = first + runs.n, runs.finite
-        each = zip(whole.k, whole.p, whole.q, strict=True)
+        first += runs.n
+        each = zip(runs.k, runs.p, runs.q, strict=True)  # of failed ones NaN, another end too
         ended |= {(k.tobytes(), hash(p.tobytes() + q.tobytes())) for k, p, q in each}
     alike = len(ended) == len({k for k, _ in ended})
     return np.concatenate(failed), np.concatenate(lost), alike

@@ -95,7 +95,7 @@ def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
         return Fraction(1)
     p = _rare_at(failures, n, delta) * _OUTWARD
     while n > FEW and p < 1.0 and wrong_claim_probability(n, p, failures) > delta:
-        p *= _TAIL_OUTWARD  # the inverse of scipy's tail is less exact than the tail
+        p *= _OUTWARD  # the inverse of scipy's tail is less exact than the tail
     return min(Fraction(1), Fraction(p))
 
 

@@ -236,11 +236,11 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 
 def _alike(system: System, key: jax.Array, k: np.ndarray) -> list[bool]:
-    """Of each of k (n, n_k) of which runs of two keys end: are they the same to the last bit?"""
+    """Of each of k (n, n_k) of which a run of two keys ends: are both the same to the last bit?"""
     n = len(k)  # in two calls: what Python draws may be one number for all runs of a call
     one, two = (collect(system, key, n, Stage.SEARCH, k=k, first_row=x, quiet=True) for x in (0, n))
     same = (one.p == two.p).all(axis=(1, 2)) & (one.q == two.q).all(axis=1)
-    return same[~(one.failed | two.failed)].tolist()
+    return same[~(one.failed & two.failed)].tolist()
 
 
 def _decided(system: Any) -> tuple[bool, bool]:

@@ -14,7 +14,6 @@ from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.spelling import hex_text
-from parc_jax.learning.runs import files
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.chunks import (
     Arrays,
@@ -79,7 +78,7 @@ def collect(
     chunk = work.chunk(chunk, parts)
     batch = concatenate(_streamed(work, chunk, parts, quiet), n)
     if parts is not None:
-        made_by = {"system": identity, "chunk": chunk, "runs": files.digest_of(batch)}
+        made_by = {"system": identity, "chunk": chunk}
         save_rollouts(path, batch, made_by)
         shutil.rmtree(parts, ignore_errors=True)
     return batch

@@ -87,6 +87,7 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
 def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[str, np.ndarray]:
     """The arrays of `save_rollouts`."""
     meta = {"format": FORMAT, "time": asdict(batch.time), "law": asdict(batch.law)}
+    made_by = {"runs": digest_of(batch)} | (made_by or {})
     meta |= {"made_by": made_by, "labels": batch.labels and batch.labels._asdict()}
     meta |= {name: getattr(batch, name) for name in STATED}
     about = {"lo": batch.domain.lo, "hi": batch.domain.hi, "meta": np.array(json.dumps(meta))}
@@ -114,7 +115,7 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
 
 
 def digest_of(batch: RolloutBatch) -> str:
-    """Of the runs as a file holds them: one that was edited is no file of `collect`."""
+    """Of the runs as a file holds them: one that was edited is refused."""
     return whole_digest([getattr(batch, name) for name in BY_ROW])
 
 

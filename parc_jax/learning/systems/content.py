@@ -103,9 +103,9 @@ class Reader:
             names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
         for name in names:
             if hasattr(x, name) and not (self.lasting and self._hidden(x, name)):
-                table = name.removeprefix("_")  # a library completes some as they are asked for
+                table = name.removeprefix("_")  # SciPy completes some as they are asked for
                 asked = isinstance(getattr(type(x), table, None), property)
-                asked &= self.lasting and not is_own(_file_of(type(x)))
+                asked &= self.lasting and _name_of(type(x)).startswith("scipy.")
                 yield name, getattr(x, table if asked else name)
 
     def _hidden(self, x, name: str) -> bool:
