@@ -207,7 +207,12 @@ def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
     assert seen.eps == clopper_pearson(0, seen.n, 0.05) > 0
 
 
-@pytest.mark.parametrize("run", [toy.still, often_into_the_wall])
+def ends_by_the_key(key, k, s):
+    p, q = toy.still(key, k, s)
+    return jnp.where(jax.random.uniform(key) < 0.3, jnp.nan, p), q
+
+
+@pytest.mark.parametrize("run", [toy.still, often_into_the_wall, ends_by_the_key])
 def test_what_the_runs_of_the_plan_refute_is_not_assumed_of_them(run, chosen, monkeypatch):
     """Eight k of the claim showed no disturbance; two runs of this one end apart."""
     tried = StartTrial(1e-5, None, alike=8)
