@@ -12,7 +12,6 @@ from collections.abc import Collection
 from typing import Self
 
 from parc_jax.common.errors import InputError
-from parc_jax.common.spelling import listed
 
 
 class Options:
@@ -42,7 +41,7 @@ def refuse_unused(record: Options, names: Collection[str], why: str, told: Colle
     """Refuse fields that would change nothing, told or not as by default. Raises InputError."""
     own, usual = vars(record), vars(type(record)())
     if given := [x for x in names if x in told or repr(own[x]) != repr(usual[x])]:
-        raise InputError(f"{listed(given)}: expected no such option {why}. Leave it out.")
+        raise InputError(f"{', '.join(given)}: expected no such option {why}. Leave it out.")
 
 
 def part_of(record: Options, kind: type) -> dict:

@@ -53,7 +53,9 @@ SURFACES = {
     "film": lambda answer, *_: written(_PlanCanvas(answer, 0, None).figure),
     "path": lambda answer, *_: answer.path(*plan(answer)).to_csv().partition("\n")[0],
     "choice": lambda answer, *_: answer.choose().details(),
-    "header": lambda answer, folder, _: pj.exchange.write_c(answer, folder / "one.h").read_text(),
+    "header": lambda answer, folder, _: (
+        pj.exchange.write_c(answer, folder / "one.h").read_text().replace("\n * ", " ")
+    ),
     "file, read again": lambda answer, folder, _: repr(
         pj.load_answer(answer.save(folder / "answer.json"))
     ),
