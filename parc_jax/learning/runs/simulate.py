@@ -127,9 +127,9 @@ class Simulator:
         if not all(np.array_equal(one, two, equal_nan=True) for one, two in pairs):
             jax.clear_caches()  # else the next call finds it compiled
             raise InputError(
-                f"{self.system.name}: expected randomness from the key alone; the system draws "
-                "from `random` or `np.random` as it is compiled, once for all runs. Draw with "
-                "jax.random, from its key."
+                f"{self.system.name}: expected randomness from the key alone; the system is "
+                "another each time it is compiled, as one that draws from `np.random`, once for "
+                "all runs. Draw with jax.random, from its key."
             )
 
     def _run(self, rows: ToRun, device) -> Trajectory | Retried:
