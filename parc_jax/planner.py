@@ -14,6 +14,7 @@ from parc_jax.common.errors import InputError, check_count, expected, reading
 from parc_jax.common.keys import Stage, as_key, key_of, stream
 from parc_jax.common.probes import require_sound_arithmetic
 from parc_jax.common.status import Ended
+from parc_jax.learning.bound.statement import UNSHOWN
 from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.problem import Problem
@@ -247,11 +248,13 @@ class Planner:
         require_sound_arithmetic()
         with reading("solve_batch whole", "rows of the problems"):
             chosen = {int(i): problem_of(problems, i) for i in whole}
-        model = self.model
+        model, under = self.model, UNSHOWN.get(self.model.claim.kind, "")
         if isinstance(problems, BoxScenes):
             require_given(None, model)
         else:
-            problems, model = nominal_problems(problems, model, self._robust_models)
+            asked = nominal_problems(problems, model, self._robust_models)
+            problems, model = [one.problem for one in asked], asked[0].model if asked else model
+            under += " for all that is uncertain" * any(one.uncertainty for one in asked)
         begin = time.perf_counter()
         best, draws, seconds = search_batch(
             model, problems, key, settings.samples, draws, numbers, warm, mesh
@@ -266,7 +269,8 @@ class Planner:
         }
         each = Settings.whole() if settings.samples_only else settings
         answers = {i: self.solve(p, key, each) for i, p in chosen.items()}
-        return BatchAnswer(found, best.plans, best.clearance, draws, proved, seconds, answers)
+        of = draws, proved, seconds, answers, under
+        return BatchAnswer(found, best.plans, best.clearance, *of)
 
 
 def _settings(call: str, settings) -> Settings:

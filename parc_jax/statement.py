@@ -103,6 +103,8 @@ def resting_on(asked: NominalProblem) -> list[str]:
     told = [about_points(asked.problem)]
     told += [about_obstacles(asked.problem, asked.model.time)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
+    measured = ", ".join(name_of(asked.model.labels.k[i]) for i in asked.model.given)
+    told += [f"Measured at the start, and not to be chosen: {measured}."] * bool(measured)
     told += [] if asked.pose is None else [about_pose(asked.pose, asked.told.model)]
     return [text for text in told if text]
 

@@ -91,6 +91,7 @@ PREMISES = {
     "declared": (lambda: asked("declared"), "(?i)declared"),
     "tested": (of_tests, "may leave"),
     "measured": (lambda: asked(arc=Arc, **MEASURED), "(?i)measured"),
+    "measured when it begins": (lambda: asked(arc=Arc, given={"v0": "free"}), "(?i)measured"),
 }
 # names and pictures say which plans they are of, whose sentences say what these rest on; a table of
 # a path is of one prediction, and says of its tube what it leaves out
@@ -106,6 +107,7 @@ LEFT = {
     "declared": {"path"},
     "tested": {"path"},
     "measured": SHORT,  # of the film's one plan it is said
+    "measured when it begins": {*SHORT, "film"},
 }
 
 
@@ -131,3 +133,15 @@ def test_a_name_says_so_where_no_share_was_measured():
     few = pj.Settings(samples=2, samples_only=True)
     told = pj.Planner(model("assumed", Sure)).solve(question(False, start=0.01), KEY, few)
     assert repr(told).endswith("under an assumed tube for all that is uncertain>")
+
+
+@pytest.mark.slow
+def test_a_batch_says_what_its_plans_are_under_and_is_of_one_probability():
+    planner, sure = pj.Planner(model("assumed", Sure)), question(False)
+    two = [question(False, **UNCERTAIN), question(False, **UNCERTAIN)]
+    told = repr(planner.solve_batch(two, KEY, draws=64))
+    assert told.endswith(" under an assumed tube for all that is uncertain>")
+    assert repr(planner.solve_batch([sure], KEY, draws=64)).endswith(" under an assumed tube>")
+    two[1] = question(False, **UNCERTAIN | {"sensing_eps": "0.5"})
+    with pytest.raises(pj.InputError, match="with one sensing_eps; problem 1 is under another"):
+        planner.solve_batch(two, KEY)

@@ -188,9 +188,11 @@ def test_arrays_of_boxes_take_no_uncertainty_but_their_problems_do():
     uncertain = [
         boxes.problem(i).replace(uncertainty=Uncertainty(start=0.25)) for i in range(len(boxes))
     ]
-    asked, wider = nominal_problems(uncertain, model, {})
-    assert [one.goal.b.tolist() for one in asked] == [[0.75, 0.75, 1.0, -0.25, -0.25, 0.0]] * 2
-    assert wider is not model
+    asked = nominal_problems(uncertain, model, {})
+    assert [one.problem.goal.b.tolist() for one in asked] == [
+        [0.75, 0.75, 1.0, -0.25, -0.25, 0.0]
+    ] * 2
+    assert asked[0].model is not model
 
 
 @pytest.mark.night

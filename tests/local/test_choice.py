@@ -127,7 +127,8 @@ def test_a_study_tells_the_bound_of_the_plan_that_it_drives(near, monkeypatch, t
     bound = rounded_up(clopper_pearson(told["failures"], told["runs"], 0.05 / LOOKS))
     assert told["at_most"] == bound and 0 < float(bound) <= 0.1
     assert f"fails in its 1 s with probability at most {bound}, look" in told["statement"]
-    assert told["lost"] == [] and (tmp_path / "near.json").exists()
+    assert [x.partition("(")[0] for x in told["beside"]] == ["UNSEEN", "LOOK"]
+    assert (tmp_path / "near.json").exists()
 
 
 def fails_often(key, k, s):

@@ -138,7 +138,7 @@ def test_what_was_measured_of_a_robot_in_the_way_is_named():
 def test_a_manoeuvre_beside_a_robot_that_left_its_tube_is_not_told_as_clear(tmp_path):
     """It began while the other was inside: its repr, its files and its episode said no word."""
     loop, beside, one = side_by_side()
-    assert "m clear>" in repr(one) and not one.others_left
+    assert "m clear under an assumed tube>" in repr(one) and not one.others_left
     assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=0.5).left
     words = "a robot in its way left its tube by 0.5 s"
     assert repr(one).endswith(f", {words}>") and words in one.certificate()["meta"]["rests_on"]
@@ -157,7 +157,7 @@ def test_a_robot_in_the_way_that_left_its_next_tube_is_told_too(tmp_path):
     obstacles, spans = pj.drive.reserved(one, 0.5, one.asked.query.model.time)
     there = np.array([0.5 * loop.under_way.k[0], 0.6])
     assert loop.step(there, [0.0], obstacles, ahead, at=0.5, spans=spans).new
-    assert "m clear>" in repr(one) and not beside.go_on("").reason
+    assert "m clear under an assumed tube>" in repr(one) and not beside.go_on("").reason
     assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=0.75).left
     words = "a robot in its way left its tube by 0.75 s"
     assert repr(one).endswith(f", {words}>") and words in beside.go_on("").reason
@@ -179,7 +179,9 @@ def test_what_was_left_for_another_manoeuvre_before_is_told_as_it_was(seen_at):
     place = np.array([0.5 * one.k[0], 0.0])
     then = beside.step(place, [0.0], [pj.box([20.0, 20.0], [21.0, 21.0])], ahead, at=0.5).committed
     assert loop.step(np.full(2, 3.0), [0.0], [], ahead, at=seen_at).left
-    assert ("m clear>" in repr(one)) == (seen_at > 0.5) and "m clear>" in repr(then)
+    assert ("m clear under an assumed tube>" in repr(one)) == (
+        seen_at > 0.5
+    ) and "m clear under an assumed tube>" in repr(then)
     drive = lambda *_: pj.drive.Outcome(True, False, {}, [one, then], 1.2)  # noqa: E731
     done = pj.drive.drive_episodes(drive, lambda _: 0, jax.random.key(0), 1, workers=0, quiet=True)
     assert done.left == (seen_at == 0.5) and done.contradictions == (0,)[: 1 - done.left]

@@ -80,7 +80,7 @@ def test_what_is_certified_ends_where_what_moves_is_told_of_no_more(model):
     _, info = env.reset(seed=0)
     assert info["shield"]["certified_until"] == pytest.approx(0.5)
     one = env.commitments[0]
-    assert f"{one!r}".endswith(" m clear until 0.5 s>")
+    assert f"{one!r}".endswith(" m clear until 0.5 s under a declared tube>")
     one.seen_outside.append(Fraction(1, 4))
     assert f"{one!r}".endswith(" s, its tube left by 0.25 s>")
 

@@ -69,11 +69,12 @@ def test_what_it_may_reach_is_drawn_and_named_from_its_stated_pose(known, tmp_pa
     page = (tmp_path / "page.html").read_text()
     assert "all that it may reach from its stated pose inside the tube" in page
     data = episode_data(Stage(known, None))
-    assert not data["doubt"] and not data["notes"]
+    under = " Under an assumed tube: see the statement."
+    assert not data["doubt"] and data["notes"] == under
     told = {"clock": "progress, no time"}, {"TUBE_LEFT": "by 1 s"}
     for assumed, note in zip(told, ("Seconds are its clock's", "Some tube was left"), strict=True):
         part = episode_part(driven(False, 1), assumed=assumed)
         stage = Stage(episode_of(json.loads(json.dumps(part)), "test"), None)
-        assert episode_data(stage)["notes"] == f" {note}: see the statement."
+        assert episode_data(stage)["notes"] == f" {note}: see the statement.{under}"
         figures.film(stage.driven, tmp_path / "film.gif")
     assert episode_data(Stage(known._replace(copies=3), None))["doubt"]

@@ -11,6 +11,7 @@ from toy_answer import K, toy_answer, toy_replay
 from parc_jax.app.plot import film, shapes
 from parc_jax.app.plot.regions import regions, safe_regions
 from parc_jax.app.plot.samples import samples
+from parc_jax.app.study.replay import Replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.statement import VALIDATED
@@ -29,7 +30,9 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     assert isinstance(drawn, Figure)
     whole, near = drawn.axes
     assert whole.get_aspect() == near.get_aspect() == 1.0
-    told = "4 safe samples under an assumed tube; in the black box 4 reach the goal, 1 touch"
+    told = (
+        "4 safe samples under an assumed tube; of 4 runs in the black box 4 reach the goal, 1 touch"
+    )
     assert whole.get_title("left").replace("\n", " ") == told
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert "true run that failed" in labels and "goal" in labels
@@ -117,3 +120,21 @@ def test_what_is_drawn_under_an_uncertainty_is_called_that():
     title = canvas.figure._suptitle.get_text()
     assert title.endswith(f"{model.labels.k[1]} = 0.2 (measured)")
     assert ": one possible run of the model, sample 0" in title
+
+
+def test_a_picture_of_some_samples_tells_all_runs_of_all_of_them(answer):
+    """Two runs of each of four samples, of the last the second one failed."""
+    once, n = toy_replay(answer), len(answer.samples)
+    twice = Replay(*(np.repeat(part, 2, axis=0) for part in once[:-1]), answer.scene)
+    first = np.arange(2 * n) == 2 * n - 2
+    twice = twice._replace(touched=once.touched.repeat(2) & ~first)
+    twice = twice._replace(clearance=np.where(first, 0.1, twice.clearance))
+    title = samples(answer, twice, most=3).axes[0].get_title("left").replace("\n", " ")
+    assert title.startswith("3 of 4 safe samples under an assumed tube; of 8 runs in the black box")
+    assert title.endswith(" 8 reach the goal, 1 touch")
+    labels = [each.get_text() for each in samples(answer, twice, most=3).legends[0].get_texts()]
+    assert "true run that failed" not in labels  # none of those that are drawn
+    labels = [each.get_text() for each in samples(answer, twice).legends[0].get_texts()]
+    assert "true run that failed" in labels
+    with pytest.raises(InputError, match="expected a replay of the 4 samples of this answer"):
+        samples(answer, Replay(*(part[:7] for part in twice[:-1]), answer.scene))

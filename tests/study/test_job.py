@@ -109,23 +109,28 @@ def test_runs_made_again_are_told_however_often_a_plan_was_run():
     many = {"repeats": 20, "runs": 100, "failed": 0, "lost": 2, "confidence": 0.95}
     many |= {"plans": 5, "reached": 5, "touched": 0, "left_tube": 0, "worst_plan_failed": 0}
     many |= {"failure_mean_at_most": 0.1, "every_plan_at_most": 0.2}
+    many["law"], claim = "toy (plant = mjx)", toy_query.answer().model.claim
     for told in (many, many | {"repeats": 1, "runs": 5}):
-        said = "\n".join(_replayed(told, "at most 0.1"))
+        said = "\n".join(_replayed(told, claim))
+        assert ", of toy (plant = mjx): 5 reached" in said and "(claimed of toy (" in said
         assert "assume" in said and "WORKERS_LOST(2, independent of the run)" in said
-        assert "LOST" not in "\n".join(_replayed(told | {"lost": 0}, "at most 0.1"))
+        assert "LOST" not in "\n".join(_replayed(told | {"lost": 0}, claim))
 
 
 @pytest.mark.slow
 def test_the_end_of_a_run_says_how_often_a_new_run_of_its_plan_fails(tmp_path):
     driven = {"plan": [0.5, -0.25, 0.75, -0.5], "runs": 1000, "failures": 2}
-    driven |= {"sure": "0.9995", "at_most": "0.013", "lost": []}
+    driven |= {"sure": "0.9995", "at_most": "0.013", "law": "toy (plant = mjx)", "beside": []}
     metrics = {"replay": None, "driven": driven}
     told = report(Studied(toy_query.answer(), None, None, metrics), tmp_path)
-    assert "; 2 of 1,000 fresh runs failed: with confidence 0.9995 a new one does" in told
+    assert (
+        "; 2 of 1,000 fresh runs of toy (plant = mjx) failed: with confidence 0.9995 a new one does"
+        in told
+    )
     assert "with probability <= 0.013." in told
-    driven["lost"] = ["WORKERS_LOST(4, independent of the run)"]
+    driven["beside"] = ["WORKERS_LOST(4, independent of the run)"]
     told = report(Studied(toy_query.answer(), None, None, metrics), tmp_path)
-    assert "<= 0.013; assumed: WORKERS_LOST(4, independent of the run)." in told
+    assert "<= 0.013; assumed beside: WORKERS_LOST(4, independent of the run)." in told
 
 
 def test_a_plan_of_another_scene_is_not_explained_beside_an_answer(finished, tmp_path):

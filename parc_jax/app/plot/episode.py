@@ -13,6 +13,7 @@ from parc_jax.app.plot.shapes import footprints, in_world, obstacle_triangles, t
 from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, shown
 from parc_jax.drive.loop.episode_file import Episode, Manoeuvre, load_episode
+from parc_jax.learning.bound.statement import UNSHOWN
 from parc_jax.problem.body import numbered
 from parc_jax.problem.robust.pose import Pose
 
@@ -92,6 +93,7 @@ class Stage:
         self.shown = [Shown(driven, one) for one in driven.manoeuvres]
         self.name = driven.model.system or "episode"
         self.notes = [note for name, note in NOTES.items() if name in driven.statement]
+        self.notes += [kind.strip()] if (kind := UNSHOWN.get(driven.model.claim.kind)) else []
         self.begin, self.end = self.shown[0].begin, self.shown[-1].end
         if truth is not None:  # shown from the first manoeuvre on
             times = as_float64("truth: times", truth.times, (None,))

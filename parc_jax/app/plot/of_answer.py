@@ -21,7 +21,7 @@ def figures_of(
 ) -> dict[str, Callable[[Path], object]]:
     """What draws each figure that the answer supports on a path.
 
-    runs: true runs of its samples, one each; None draws none.
+    runs: replay of its samples; None draws none.
     table: regions of its network; None enumerates them when they are drawn.
     """
     model = answer.model

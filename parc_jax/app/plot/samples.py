@@ -25,26 +25,30 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     that shows more, around the goal on the right, with the final headings where a label of q says
     that it is one; in space from three sides.
 
-    answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
-    as in `style.sheet`; two Axes, or one for the left alone, in space three. most: samples drawn.
-    Returns the figure or the Axes. Raises InputError.
+    answer: Answer with n samples. replay: Replay of the same samples, equally often each, all runs
+    of a plan together; of each plan one is drawn as the true run, one that failed where one did.
+    to: as in `style.sheet`; two Axes, or one for the left alone, in space three. most: samples
+    drawn. Returns the figure or the Axes. Raises InputError.
     """
     count, n_p = min(len(answer.samples), most), answer.model.n_p
-    its = None if replay is None else (replay.scene is answer.scene, replay.plans)
-    if its is not None and not (its[0] and np.array_equal(its[1], answer.samples)):
-        raise InputError(
-            f"samples: expected a replay of the {len(answer.samples)} samples of this answer; got "
-            f"one of {len(its[1])} plans, or in another scene."
-        )
     if not count:
         raise InputError(
             "samples: expected an answer with safe samples; this one has none. Draw its regions "
             "instead."
         )
+    if replay is not None:
+        often = len(replay.plans) // len(answer.samples)
+        same = np.array_equal(replay.plans, np.repeat(answer.samples, often, axis=0))
+        if not same or replay.scene is not answer.scene:
+            raise InputError(
+                f"samples: expected a replay of the {len(answer.samples)} samples of this answer; "
+                f"got one of {len(replay.plans)} plans, or in another scene."
+            )
     paths = predicted(answer.model, answer.samples[:count])
-    pictures = [_Picture(answer, view, *paths, replay, count) for view in views_of(n_p)]
+    pictures = [_Picture(answer, view, *paths, replay) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
-    of = f"{counted(count, 'safe sample')}{told_under(answer)}"
+    of = "" if count == len(answer.samples) else f"{count} of "
+    of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer)}"
     return drawn(pictures, to, fill(f"{of}{pictures[0].tally()}", LETTERS))
 
 
@@ -98,17 +102,19 @@ class _Picture(SceneView):
     q (n, n_q); tubes (n, m, T, 6, 2) are of all reference points.
     """
 
-    def __init__(self, answer, view: View, path, q, error, replay, count):
+    def __init__(self, answer, view: View, path, q, error, replay):
         super().__init__(answer, view)
         model, self.q = answer.model, q
         self.heading = model.labels.heading
         self.names, self.columns = shapes.names(answer), path
         self.path = self.of_points(path)
         self.tubes = shapes.tubes(self.path, self.of_points(error))
-        self.replay, self.count = replay, count
+        self.replay, count = replay, len(path)
         every = max(1, model.time.stride // SHOWN_RECORDS)
-        if replay is not None:
-            self.true = self.of_points(replay.path[:count])[:, 0]
+        if replay is not None:  # of each plan the run that is drawn: the first that failed, if any
+            failed = replay.failed.reshape(len(answer.samples), -1)[:count]
+            self.one = failed.argmax(axis=1) + failed.shape[1] * np.arange(count)
+            self.true = self.of_points(replay.path[self.one])[:, 0]
             self.shown = self.true[:, ::every]
 
     @property
@@ -134,7 +140,7 @@ class _Picture(SceneView):
         style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
         if self.replay is not None:
-            colors = np.where(self.replay.failed[: self.count], style.RED, style.BLACK)
+            colors = np.where(self.replay.failed[self.one], style.RED, style.BLACK)
             style.ways(ax, self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
             looks = {"color": colors[0], "linestyle": (0, (3, 2)), "zorder": 4.6}
             ax.plot(*self.shown[0].T, linewidth=1.1, **looks)
@@ -147,7 +153,7 @@ class _Picture(SceneView):
         """Final positions (n, 2) of the first point, goal states (n, n_q): true where replayed."""
         if self.replay is None:
             return self.path[:, 0, -1], self.q
-        return self.true[:, -1], self.replay.q[: self.count]
+        return self.true[:, -1], self.replay.q[self.one]
 
     @property
     def _ends_of_bodies(self) -> list[np.ndarray]:
@@ -184,9 +190,9 @@ class _Picture(SceneView):
         """The outcomes of the replay, in a few words."""
         if self.replay is None:
             return ""
-        both = self.replay.reached, self.replay.touched
-        reached, touched = (int(part[: self.count].sum()) for part in both)
-        return f"; in the black box {reached} reach the goal, {touched} touch"
+        runs = self.replay
+        reached, touched, n = int(runs.reached.sum()), int(runs.touched.sum()), len(runs.plans)
+        return f"; of {n} runs in the black box {reached} reach the goal, {touched} touch"
 
     def handles(self) -> list:
         one = self.path.shape[1] == 1
@@ -210,6 +216,6 @@ class _Picture(SceneView):
         ]
         if self.replay is not None:
             entries.append(style.mark(f"true run{of_first}", color=style.BLACK))
-            if self.replay.failed.any():
+            if self.replay.failed[self.one].any():
                 entries.append(style.mark("true run that failed", color=style.RED))
         return entries

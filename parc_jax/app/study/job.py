@@ -30,7 +30,7 @@ from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.learn import learn_report
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
-from parc_jax.learning.runs.law import Subject, subject_of
+from parc_jax.learning.runs.law import Subject, law_of, subject_of
 from parc_jax.learning.systems.chained import hand_over_of
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import Problem
@@ -143,6 +143,7 @@ def run_study(
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
     tried = start and start.said_in(invariances(model.claim.subject.rotation))
+    of_them = {"start": tried, "law": law_of(system, "given by the plans").describe()}
     metrics = {"system": system.name, "seed": seed, "device": jax.devices()[0].device_kind}
     metrics |= {"jax": jax.__version__, "python": platform.python_version()}
     metrics |= {
@@ -150,7 +151,7 @@ def run_study(
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.cover.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
-        "replay": runs and tally(runs, study.repeats, study.bound.delta) | {"start": tried},
+        "replay": runs and tally(runs, study.repeats, study.bound.delta) | of_them,
         "driven": None,
         "not_made": {MADE[name]: why for name, why in cannot.items() if wanted[name]},
         "stages": watch.stages,
@@ -158,7 +159,7 @@ def run_study(
     }
     outcome = Studied(answer, runs, table, finish(out, metrics))
     if figures:
-        metrics["figures"] = [file.name for file in draw_figures(outcome, study.repeats, out)]
+        metrics["figures"] = [file.name for file in draw_figures(outcome, out)]
         finish(out, metrics)
     # now, since the plan to execute takes as long as the rest
     if driven and not quiet:
@@ -198,8 +199,8 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
         near.answer.save(out / "near.json")
     made = chosen.tested
     tested = {"runs": made.n, "failures": made.failures, "sure": made.look.sure}
-    lost = [entry for entry in made.assumed if entry.startswith("WORKERS_LOST")]
-    tested |= {"at_most": rounded_up(made.eps), "lost": lost}
+    beside = [entry for entry in made.assumed if entry not in answer.model.claim.assumptions]
+    tested |= {"at_most": rounded_up(made.eps), "law": made.law, "beside": beside}
     shares = {"share_of_k": float(near.share), "proved_share_of_near": float(near.held)}
     widths = {"narrower_at_end": near.at_end, "narrower_on_the_way": near.on_the_way}
     return {"plan": chosen.plan.tolist(), "statement": chosen.details()} | tested | shares | widths

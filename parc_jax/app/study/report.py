@@ -14,6 +14,7 @@ from parc_jax.checker.entries import hash_of
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import exact, rounded_down, rounded_up
+from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
@@ -41,14 +42,14 @@ def report(outcome: Studied, out: Path) -> str:
     m, answer = outcome.metrics, outcome.answer
     lines = ["", *said_of(answer).split("\n")]
     if m["replay"] is not None:
-        lines += _replayed(m["replay"], in_short(answer.model.claim))
+        lines += _replayed(m["replay"], answer.model.claim)
     if d := m.get("driven"):
         numbers = zip((*answer.model.labels.p, *answer.model.labels.k), d["plan"], strict=True)
         plan = ", ".join(f"{name} = {exact(x)}" for name, x in numbers)
         sure = f"with confidence {d['sure']} a new one does with probability <= {d['at_most']}"
-        seen = f"{d['failures']:,} of {d['runs']:,} fresh runs failed"
-        lost = f"; assumed: {', '.join(d['lost'])}" * bool(d["lost"])
-        lines.append(f"To drive: {plan}; {seen}: {sure}{lost}.")
+        seen = f"{d['failures']:,} of {d['runs']:,} fresh runs of {d['law']} failed"
+        more = f"; assumed beside: {', '.join(d['beside'])}" * bool(d["beside"])
+        lines.append(f"To drive: {plan}; {seen}: {sure}{more}.")
     left = [f"{what} ({why})" for what, why in m.get("not_made", {}).items()]
     lines += [f"Not made: {', '.join(left)}."] * bool(left)
     lines.append(f"All sentences: parc-jax explain {out}; check: parc-jax check {out}/answer.json")
@@ -103,7 +104,7 @@ def explained(place: Path) -> str:
     with reading(place / METRICS, "the numbers of a study"):
         m = json.loads((place / METRICS).read_text(encoding="utf-8"))
         same = m["replay"] and m.get("plans") == content_hash(answer.samples)
-        told = _replayed(m["replay"], in_short(answer.model.claim)) if same else []
+        told = _replayed(m["replay"], answer.model.claim) if same else []
         told += [] if m["driven"] is None else [m["driven"]["statement"]]
         stages = [
             f"{name:<26}{s['seconds']:>9.1f}{s['compile_seconds']:>17.1f}"
@@ -119,13 +120,14 @@ def explained(place: Path) -> str:
     return "\n".join([*lines, "", words, *told, head, *stages])
 
 
-def _replayed(r: dict, tube: str) -> list[str]:
+def _replayed(r: dict, claim: ErrorClaim) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
     lost = [f"WORKERS_LOST({r['lost']}, independent of the run)"] * (r["lost"] > 0)
     more = ", ".join([*lost, *(r.get("start") or [])])
     first = (
-        f"Replay: {r['plans']} plans{often} in the simulator: {r['reached']} reached, "
-        f"{r['touched']} touched, {r['left_tube']} left the tube (claimed: {tube})"
+        f"Replay: {r['plans']} plans{often}, of {r.get('law', 'the simulator')}: "
+        f"{r['reached']} reached, {r['touched']} touched, {r['left_tube']} left the tube "
+        f"(claimed of {claim.law.describe()}: {in_short(claim)})"
     )
     if r["repeats"] == 1:
         return [f"{first}{f'; assumed: {more}' * bool(more)}"]
@@ -143,14 +145,12 @@ def _replayed(r: dict, tube: str) -> list[str]:
     ]
 
 
-def figures(outcome: Studied, repeats: int, out: Path) -> list[Path]:
-    """Draw everything that this outcome supports; returns the files. repeats: runs of a plan."""
+def figures(outcome: Studied, out: Path) -> list[Path]:
+    """Draw everything that this outcome supports; returns the files."""
     from parc_jax.app.plot.of_answer import figures_of
 
-    runs = outcome.runs
-    first = runs and Replay(*(part[::repeats] for part in runs[:-1]), runs.scene)
     drawn = []
-    for name, draw in figures_of(outcome.answer, first, outcome.table).items():
+    for name, draw in figures_of(outcome.answer, outcome.runs, outcome.table).items():
         drawn.append(out / f"{name}.png")
         draw(drawn[-1])
     return drawn

@@ -147,9 +147,10 @@ class Validation:
             start = "a start drawn for it" if found.scene.at is None else "this start"
             drawn = f"for k of one run, drawn from a new recording, from {start},"
         return (
-            f"Validated in this scene: at least {rounded_down(100 * at_least, 3)} % of {of_all}, "
-            f"with confidence {sure}. A plan {drawn} fails in its {p['lasts']} with probability at "
-            f"most {probability(p['risk'], 2)}, confidence {confidence_of(p)}."
+            f"Validated in this scene, by {claim.law.describe()}: at least "
+            f"{rounded_down(100 * at_least, 3)} % of {of_all}, with confidence {sure}. A plan "
+            f"{drawn} fails in its {p['lasts']} with probability at most "
+            f"{probability(p['risk'], 2)}, confidence {confidence_of(p)}."
         )
 
     def details(self) -> str:

@@ -16,7 +16,7 @@ from parc_jax.common.premises import MEASURED, Premises, agree, premises, text_o
 from parc_jax.common.spelling import exact, rounded_down
 from parc_jax.drive.loop.statement import about_drift
 from parc_jax.learning.bound.measure import allowance, kept
-from parc_jax.learning.bound.statement import in_short
+from parc_jax.learning.bound.statement import UNSHOWN, in_short
 from parc_jax.learning.labels import name_of
 from parc_jax.learning.network.predict import trajectories
 from parc_jax.problem.body import parts_of
@@ -90,7 +90,8 @@ class Commitment(Sealed):
 
     def __repr__(self) -> str:
         until = f" until {exact(self.told_until)} s" if self.told_until < self.end else ""
-        clear = f"{rounded_down(self.clearance, 3)} m clear{until}"
+        under = UNSHOWN.get(self.asked.model.claim.kind, "")
+        clear = f"{rounded_down(self.clearance, 3)} m clear{until}{under}"
         if self.seen_outside:  # what was proved is of another run
             clear = f"its tube left by {exact(self.seen_outside[0])} s"
         elif self.others_left:

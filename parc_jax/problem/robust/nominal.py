@@ -287,8 +287,8 @@ def query(problem: Problem, model: TrajectoryModel, at=None) -> Query:
 
 def nominal_problems(
     problems: Sequence[Problem], model: TrajectoryModel, cache: Cache
-) -> tuple[list[Problem], TrajectoryModel]:
-    """The nominal problems of a batch, and the one robust model that they share.
+) -> list[NominalProblem]:
+    """The nominal problems of a batch, which share one robust model.
 
     cache: as of `Query.nominal`.
     Raises InputError where their uncertainties ask for different models.
@@ -299,13 +299,14 @@ def nominal_problems(
         with naming(f"problem {row} of the batch"):
             nominal.append(Query(problem, model).nominal(cache))
     for row, other in enumerate(nominal):
-        if other.model is not nominal[0].model:
+        known = [one.uncertainty and one.uncertainty.sensing_eps for one in (other, nominal[0])]
+        if other.model is not nominal[0].model or known[0] != known[1]:
             raise InputError(
                 "solve_batch: expected problems under one uncertainty of start, heading and "
-                f"parameters; problem {row} is under another one than problem 0. Ask in two "
-                "batches."
+                f"parameters, with one sensing_eps; problem {row} is under another one than "
+                "problem 0. Ask in two batches."
             )
-    return [one.problem for one in nominal], (nominal[0].model if nominal else model)
+    return nominal
 
 
 def moved_tube(given: Tube, start: np.ndarray) -> Tube:

@@ -45,7 +45,8 @@ class BatchAnswer(Sealed):
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
         without that check.
     seconds: of layout, search and proof, apart.
-    answers: full answers of the problems in `whole`, by row.
+    answers: full answers of the problems in `whole`, by row. under: in words, what all of it is
+        under, as `repr` says.
     """
 
     found: np.ndarray
@@ -55,6 +56,7 @@ class BatchAnswer(Sealed):
     proved: np.ndarray | None
     seconds: dict[str, float]
     answers: dict
+    under: str
 
     @property
     def status(self) -> np.ndarray:
@@ -66,7 +68,9 @@ class BatchAnswer(Sealed):
 
     def __repr__(self) -> str:
         proved = "" if self.proved is None else f", {int(self.proved.sum())} proved"
-        return f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}>"
+        return (
+            f"<BatchAnswer: {int(self.found.sum())} of {len(self.found)} found{proved}{self.under}>"
+        )
 
     @property
     def best(self) -> np.ndarray:
