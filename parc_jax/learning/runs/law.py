@@ -341,7 +341,7 @@ def subject_of(system) -> Subject:
     """The subject of the runs of a system. Raises InputError."""
     about = (system.name, system.domain, system.time, system.n_p, system.n_q)
     named = points_of(system), rotation_of(system), labels_of(system)
-    return subject(*about, *named, getattr(system, "given", ()))
+    return subject(*about, *named, given_of(system))
 
 
 def given_of(system) -> tuple[int, ...]:
