@@ -79,15 +79,15 @@ def about_obstacles(problem: Problem, time: TimeGrid) -> str:
     rests = " ".join([rests, *(f"Not any more: what is in the way {words}." for words in over)])
     if not some:
         return rests
-    late = any(x[0] > 0 and not x.mover for x in told)  # of whose beginning nothing is told
-    steps = 0 if late else problem.told_for(time.n_steps)
-    until = f", until {rounded_down(Fraction(exact(time.dt)) * steps, 4)} s of it at least"
+    told_for = Fraction(exact(time.dt)) * problem.told_for(time.n_steps)
+    until = f", until {rounded_down(told_for, 4)} s of it at least: nothing is said of them later"
+    until = until if told_for else ": nothing is said of them at other times"
     moments = [x.at for x in told if x.at is not None]
     begins = f" that begins at {float(moments[0])!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
         f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} "
-        f"alone{until * bool(steps)}: nothing is said of them at other times. {rests}"
+        f"alone{until}. {rests}"
     ).rstrip()
 
 

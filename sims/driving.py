@@ -74,9 +74,12 @@ class Driving(Options):
     """Radians by which a heading may be off in the same way."""
     given: tuple[str, ...] = ()
     """Paths of the model's given parameters in the messages of poses, such as
-    twist.twist.linear.x."""
+    twist.twist.linear.x, in the order of its k. A twist is of the body: for a model without a
+    rotation it is along the frame's axes at a heading of 0 alone, within uncertainty_heading, and
+    elsewhere nothing begins."""
     deadline: float = 0.1
-    """Seconds of the clock for a step."""
+    """Seconds of the clock from where a pose is heard to the end of its step, free space
+    included."""
     effort_looks: int = Effort.looks
     """Tests of a pair of an obstacle and a part of the body, after which a step ends."""
     room: float = 0.1
@@ -90,6 +93,13 @@ class Driving(Options):
             value, lowest = getattr(self, name), least.get(name, 0.0)
             if not (np.isfinite(value) and value >= lowest):
                 raise InputError(f"{name}: expected {lowest:g} or more; got {value!r:.40}.")
+        if not isinstance(self.frame, str) or not self.frame:
+            raise InputError(f"frame: expected the name of a frame; got {self.frame!r:.40}.")
+        if isinstance(self.given, str) or not all(isinstance(x, str) and x for x in self.given):
+            raise InputError(
+                "given: expected paths of numbers in messages of poses, as a list; got "
+                f"{self.given!r:.80}."
+            )
         if self.sensor is not None:
             object.__setattr__(self, "sensor", _place_of(self.sensor))
         for name in ("drift", "drift_heading"):

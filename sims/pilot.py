@@ -1,6 +1,9 @@
 """Drives one robot by one model, from messages: without ROS, so that it can be tried anywhere."""
 
 import functools
+import math
+import re
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,6 +22,7 @@ from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
@@ -37,6 +41,8 @@ from sims.ros.stated import assumed, stated
 
 SOME = 64  # candidates for which the model's outline at the start is looked at
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
+PATH = re.compile(r"[^\W\d]\w*(\.\w+){2,}")  # of a number in a message
+OF_BODY = re.compile(r"twist\.(?!.*\.z$).*")  # along or around axes that turn with the heading
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
 
@@ -47,7 +53,7 @@ class Pilot:
     model: its manoeuvres end at rest. robot: outline with the model's points, or radius [m] for a
     model of one point. prefer: maps an Outlook and the goal (x, y) to costs (b,); by default the
     distance to the goal from the place of rest, on a map through free cells (`along_ways`), without
-    one straight.
+    one straight. clock: [s], as of `Loop`; it is read where a pose is heard.
     """
 
     def __init__(
@@ -56,6 +62,7 @@ class Pilot:
         robot: Footprint | float,
         driving: Driving | None = None,
         prefer: Prefer | None = None,
+        clock: Callable[[], float] = time.perf_counter,
     ):
         self.driving = d = Driving() if driving is None else driving
         self.model = model
@@ -68,7 +75,8 @@ class Pilot:
         self.prefer = along_ways(self) if prefer is None else prefer
         limits = {"looks": d.effort_looks, "deadline": d.deadline, "room": d.room}
         effort = Effort(judged=Effort.candidates, **limits)
-        known = {"uncertainty": uncertainty, "effort": effort}
+        self._clock = clock
+        known = {"uncertainty": uncertainty, "effort": effort, "clock": clock}
         self.loop = Loop(model, self.outline.body, leave=d.leave, **known)
         if len(d.given) != len(self.loop.given):
             hint = " Learn one of a system that names in `given` what it measures at the start."
@@ -77,6 +85,8 @@ class Pilot:
                 f"each given parameter of the model; got {len(d.given)}."
                 f"{hint if not self.loop.given else ''}"
             )
+        self._named = [name_of(model.labels.k[axis]) for axis in self.loop.given]
+        _require_paths(model, self._named, d.given)
         self.planner = Planner(model)
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
@@ -158,6 +168,7 @@ class Pilot:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that it
         leads to; None where there is nothing to decide.
         """
+        heard = self._clock()
         require_frame(message, self.driving.frame, "pose")
         stamp, pose = stamp_of(message), np.array(pose_in(message, "pose"))
         given = [value_at(message, path, "pose") for path in self.driving.given]
@@ -174,13 +185,13 @@ class Pilot:
         tracked = premises([("whose pose it is", MEASURED, frames_of(message)[1])])
         agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
         self._tracked = tracked
-        heard = [self.memory.scanned or 0, self.movers.stamp if self.movers else 0]
-        if last is None and max(heard) - stamp > 1e9 * self.driving.stale:
+        others = [self.memory.scanned or 0, self.movers.stamp if self.movers else 0]
+        if last is None and max(others) - stamp > 1e9 * self.driving.stale:
             self.memory.drop()  # what came before was compared with no clock yet
             self.movers = None
         self.given = given
         self.memory.look(stamp, pose)
-        return self._step()
+        return self._step(heard)
 
     def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:
         """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
@@ -250,13 +261,46 @@ class Pilot:
         told = self.driving.premises
         if self.driving.sensor is not None:
             told["what stands"] += "; a map only guides: what stands on it alone is no obstacle"
-        return told | {"whose pose it is": f"{whose}, which is the model's first reference point"}
+        told["whose pose it is"] = f"{whose}, which is the model's first reference point"
+        if self._named:
+            each = zip(self._named, self.driving.given, strict=True)
+            told["measured at the start"] = (
+                f"{', '.join(f'{name} is {path}' for name, path in each)} of the message of the "
+                "pose, as in the model's runs"
+            )
+        if self.takes_twist:
+            told["measured at the start"] += (
+                "; a twist, which is of the body, is taken along the frame's axes, where a heading "
+                f"is measured within ±{self._straight!r} rad"
+            )
+        return told
+
+    @property
+    def takes_twist(self) -> bool:
+        """Whether given parameters are of the body, and the model's are of the frame's axes."""
+        return self.model.rotation is None and any(map(OF_BODY.fullmatch, self.driving.given))
+
+    @property
+    def _straight(self) -> float:
+        """[rad] of a heading that is taken for 0."""
+        return ROUNDED + self.driving.uncertainty_heading
+
+    def _turned(self, heading: float) -> str:
+        """Why nothing may begin at a heading [rad] where a twist is given, or an empty text."""
+        off = math.remainder(heading, 2 * math.pi)
+        if not self.takes_twist or abs(off) <= self._straight:
+            return ""
+        return (
+            f"the twist of a pose is of a body turned by {off!r} rad, and the model, which has no "
+            "rotation, takes it along the frame's axes; turn it back, or learn a model with one"
+        )
 
     def statement(self, step: Step) -> str:
         """The guarantee of a step, and its premises."""
         return stated(self, step)
 
-    def _step(self) -> Step | None:
+    def _step(self, heard: float) -> Step | None:
+        """heard: [s] of the clock, when the message of the pose came."""
         d, memory = self.driving, self.memory
         if self.goal is None:
             return None
@@ -267,7 +311,7 @@ class Pilot:
         if arrived or (soon is not None and at < soon):
             step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
             return step if step.left else None
-        scene = memory.stale or self._ways(pose, self.given)
+        scene = memory.stale or self._turned(pose[2]) or self._ways(pose, self.given)
         gone = self._gone()
         if not isinstance(scene, str):
             scene = self._with_movers(scene, seen[1])
@@ -275,7 +319,7 @@ class Pilot:
             return self.loop.go_on(scene, gone, *seen)
         obstacles, spans = scene
         liked = functools.partial(self.prefer, goal=self.goal[:2])
-        asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone}
+        asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone, "measured": heard}
         step = self.loop.step(seen[0], self.given, obstacles, liked, **asked)
         if step.new:
             memory.begin()
@@ -360,6 +404,22 @@ class Pilot:
 
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]
+
+
+def _require_paths(model: TrajectoryModel, named: Sequence[str], paths: Sequence[str]) -> None:
+    """Raises InputError for paths of given parameters that are others than the law of the model's
+    runs, or their names, tell. named: of the parameters.
+    """
+    law = model.claim.law.cut
+    learned = law["given"].rpartition("pose, ")[2].split(", ") if "given" in law else named
+    for told in (learned, named):
+        each = zip(told, paths, strict=False)
+        own = [x if x in paths or PATH.fullmatch(x) else path for x, path in each]
+        if own != [*paths]:
+            raise InputError(
+                f"given: expected {', '.join(own)}, in this order, which the model was learned "
+                f"with; got {', '.join(paths)}."
+            )
 
 
 def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:

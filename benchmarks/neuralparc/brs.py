@@ -16,6 +16,7 @@ import numpy as np
 from benchmarks.neuralparc.cells import Cell
 from benchmarks.neuralparc.lp_batch import solve_batch
 from benchmarks.neuralparc.lp_program import LPStatus
+from benchmarks.neuralparc.lp_solve import LP_MARGIN
 from parc_jax.common import struct
 from parc_jax.common.lp.exact import gamma, row_bounds
 from parc_jax.common.sets.box import Box
@@ -90,8 +91,8 @@ def _misses(ends: EndRanges, goal: Bounds, starts: Bounds, n_p: int) -> np.ndarr
     low = low - gamma(4) * np.abs(low)
     high = high + gamma(4) * np.abs(high)
     gap = np.maximum(ends.least - ends.slack - high, low - ends.most - ends.slack)
-    outside = (gap > TOLERANCES.lp_margin).any(axis=1)
-    no_goal = (goal.lo - goal.hi > TOLERANCES.lp_margin).any(axis=1)
+    outside = (gap > LP_MARGIN).any(axis=1)
+    no_goal = (goal.lo - goal.hi > LP_MARGIN).any(axis=1)
     return outside | no_goal
 
 

@@ -157,6 +157,13 @@ def _bins_met(tube: Tube, corners: np.ndarray) -> list[int]:
     return [int(np.ravel_multi_index(index, counts)) for index in product(*met)]
 
 
+def neighbours(table: RegionTable) -> np.ndarray:
+    """Region across each facet, flat with `facet_offsets`; -1 on the domain's boundary."""
+    sides = table.facet_regions[table.facet_index]
+    mine = np.repeat(np.arange(table.count), np.diff(table.facet_offsets))
+    return np.where(sides[:, 0] == mine, sides[:, 1], sides[:, 0])
+
+
 def cells_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator[list[Cell]]:
     """Cells of every region of a table, region by region, breadth first from the one that contains
     k = seed (n_k,).
@@ -167,7 +174,7 @@ def cells_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator[
     start = int(table.locate(np.asarray(seed, dtype=np.float64)))
     if start < 0:
         raise InputError(f"seed: expected parameters inside the domain; got {np.asarray(seed)}.")
-    for region in breadth_first(table.neighbours, table.facet_offsets, start):
+    for region in breadth_first(neighbours(table), table.facet_offsets, start):
         yield cells_of(table, tube, region)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.neuralparc.lp_interior import interior_point
 from benchmarks.neuralparc.lp_program import LPStatus
-from benchmarks.neuralparc.lp_solve import GAP, solve
+from benchmarks.neuralparc.lp_solve import GAP, LP_MARGIN, solve
 from parc_jax.common.arrays import as_float64, slices, x64
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import (
@@ -141,7 +141,7 @@ def _decide(c, A, b, lo, hi, x, y) -> LPBatch:
     point = violation(x, A, b, lo, hi) <= TOLERANCES.lp_feasible
     value = np.where(point, np.einsum("bn,bn->b", c, np.where(point[:, None], x, 0.0)), np.inf)
     lower = dual_bound(c, A, b, y, low, high)
-    empty = ~point & proves_empty(A, b, y, low, high, TOLERANCES.lp_margin)
+    empty = ~point & proves_empty(A, b, y, low, high, LP_MARGIN)
     flat = ~c.any(axis=1)
     near = value - lower <= GAP * (1 + np.abs(np.where(point, value, 0.0)))
     status = np.full(len(c), int(LPStatus.UNKNOWN))

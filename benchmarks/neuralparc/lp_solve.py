@@ -15,6 +15,7 @@ from parc_jax.common.tolerances import TOLERANCES
 # [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close; verdicts use the
 # bounds
 GAP = 1e-7
+LP_MARGIN = 1e-12  # [row units] a dual proof of emptiness must clear zero by this
 _KINDS = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "unbounded"}
 
 
@@ -77,7 +78,7 @@ def _checked(lp: LinearProgram, hint: Hint) -> LPResult:
     """The verdict that the hint's vectors prove; its kind only decides which proof is tried."""
     if hint.kind == "solved":
         return _with_point(lp, hint.x, hint, _lower_bound(lp, lp.c, hint) if lp.c.any() else 0.0)
-    if hint.kind == "empty" and _lower_bound(lp, np.zeros(lp.n), hint) > TOLERANCES.lp_margin:
+    if hint.kind == "empty" and _lower_bound(lp, np.zeros(lp.n), hint) > LP_MARGIN:
         return _result(lp, LPStatus.INFEASIBLE, None, hint, np.inf)
     if hint.kind == "unbounded" and _falls_for_ever(lp, hint.x):
         # A direction of descent alone proves nothing: the set may be empty.
@@ -110,7 +111,7 @@ def _lower_bound(lp: LinearProgram, c, hint: Hint) -> float:
         return -np.inf
     # Valid for any multipliers. The float proof finds the best multipliers of the bounds by itself.
     bound = float(dual_bound(c, A, b, y / scale, lo, hi))
-    if bound > (-np.inf if c.any() else TOLERANCES.lp_margin):
+    if bound > (-np.inf if c.any() else LP_MARGIN):
         return bound
     rows, offsets = lp.bound_rows()
     both = np.concatenate([hint.y, hint.y_bounds]) / scale
@@ -145,7 +146,7 @@ def _by_elastic_rows(lp: LinearProgram, words: str) -> LPResult:
     hint = Hint(raw.kind, raw.x[:-1], raw.y[: len(b)], raw.y[len(b) :], words + raw.words)
     if raw.kind != "solved":
         return _result(lp, LPStatus.UNKNOWN, None, hint, -np.inf)
-    if _lower_bound(lp, np.zeros(lp.n), hint) > TOLERANCES.lp_margin:
+    if _lower_bound(lp, np.zeros(lp.n), hint) > LP_MARGIN:
         return _result(lp, LPStatus.INFEASIBLE, None, hint, np.inf)
     return _with_point(lp, hint.x, hint, 0.0 if not lp.c.any() else -np.inf)
 

@@ -192,9 +192,10 @@ def load_bags(
 def _heard(one: Path, pose, command, k, given, frames, clock) -> Drive:
     """What one file has of a drive. Raises InputError."""
     messages = heard(one, dict.fromkeys([pose, command]))
-    poses, orders = messages[pose], messages[command]
     with naming(one):
-        where = track(pose, poses, clock, None if frames is None else tuple(frames), given)
+        edge = None if frames is None else tuple(frames)
+        poses, orders = _poses(pose, messages[pose], edge), messages[command]
+        where = track(pose, poses, clock, edge, given)
         times = times_of(command, orders, clock)
         values = np.array([[value_at(h.message, field, command) for field in k] for h in orders])
         if not np.isfinite(values).all():
@@ -283,12 +284,11 @@ def _check(path: Path, k, k_law: str, domain, short: str) -> None:
 
 
 def track(
-    topic: str, messages: Sequence[Heard], clock: str, frames: tuple[str, str] | None, more=()
+    topic: str, with_pose: Sequence[Heard], clock: str, frames: tuple[str, str] | None, more=()
 ) -> Track:
-    """The track in the messages of a topic. frames: one edge of a topic of transforms. more: paths
-    of further numbers. Raises InputError for stamps that fall, several frames, and no pose.
+    """The track in messages of one pose each, all of `frames` where these are given. more: paths of
+    further numbers. Raises InputError for stamps that fall, several frames, and no pose.
     """
-    with_pose = _poses(topic, messages, frames)
     edges = {frames_of(one.message) for one in with_pose}
     if len(edges) > 1:
         raise InputError(f"{topic}: expected poses in one frame; got {_edges(edges)}.")

@@ -10,14 +10,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.common.errors import InputError
+from parc_jax.common.errors import InputError, reading
 from parc_jax.common.on_use import package
 from parc_jax.common.spelling import some_of
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
 SHOWN = 12  # topics that an error names
-UNREAD = re.compile(r"\.(bag|mcap|db3)(\.(active|zst|zstd|gz|bz2|lz4|xz|zip|7z))?$", re.I)
+WHOLE = "a complete bag (of one truncated or damaged try `mcap recover`, `ros2 bag reindex`)"
+NOTES = r"(?!.*\.(txt|md|csv|json|ya?ml|toml|log|py|orig\.active)$)"  # or of `rosbag reindex`
+UNREAD = re.compile(rf"\.(bag|mcap|db3|tar|tgz|tbz2?|txz|zip|7z|rar)(?![a-z]){NOTES}", re.I)
 UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no rotation at all
 
 
@@ -42,11 +44,17 @@ def recordings_in(path) -> list[Path]:
         raise InputError(f"{path}: no such file.")
     inside = [path] if is_bag(path) else sorted(path.iterdir()) if path.is_dir() else []
     found = [one for one in inside if is_bag(one)]
-    named = (one for one in sorted(path.rglob("*")) if UNREAD.search(one.name))
-    if left := [x.relative_to(path) for x in named if x not in found and not _is_part(x, found)]:
+    every, seen = [path], set()
+    for one in every:  # which grows: by what is behind links, too, but by each folder once
+        if one.is_dir() and (real := one.resolve()) not in seen:
+            seen.add(real)
+            every += sorted(one.glob("*"))
+    named = {one for one in every[1:] if UNREAD.search(one.name) or not one.exists()}
+    parts = (_parts(one) for one in found if one.is_dir())
+    if left := [one.relative_to(path) for one in sorted(named.difference(found, *parts))]:
         raise InputError(
             f"{path}: expected bags, closed, unpacked and in no sub-folder; got {some_of(left)}. "
-            "Try `rosbag reindex`, and put each beside the others: it may be of a run that failed."
+            "Try `rosbag reindex`, mend links, put each beside the rest: it may be of a failed run."
         )
     if not found:
         raise InputError(
@@ -56,10 +64,12 @@ def recordings_in(path) -> list[Path]:
     return found
 
 
-def _is_part(one: Path, found: Sequence[Path]) -> bool:
-    """Is it a file that the metadata of its folder, a bag, name?"""
-    text = (one.parent / METADATA).read_text("utf-8", "replace") if one.parent in found else ""
-    return one.name in text
+def _parts(bag: Path) -> list[Path]:
+    """Files that the metadata of a bag, a folder, name. Raises InputError."""
+    with reading(bag, WHOLE, Exception):  # a damaged file may raise anything
+        told = package("ruamel.yaml", "bags", "bags").YAML(typ="safe").load(bag / METADATA)
+        names = told["rosbag2_bagfile_information"]["relative_file_paths"]
+        return [bag / Path(name).name for name in names]
 
 
 def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
@@ -71,24 +81,16 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     # for bags without definitions of their types
     plain = system.get_typestore(system.Stores.ROS2_HUMBLE)
     out: dict[str, list[Heard]] = {topic: [] for topic in topics}
-    try:
-        with reader([path], default_typestore=plain) as bag:
-            listed = sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})
-            if missing := {*topics} - {c.topic for c in bag.connections}:
-                more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
-                has = f"{', '.join(listed[:SHOWN]) or 'none'}{more}"
-                raise InputError(f"{path}: expected a topic {min(missing)}; it has {has}.")
-            wanted = [c for c in bag.connections if c.topic in out]
-            for connection, recorded, data in bag.messages(connections=wanted):
-                message = bag.deserialize(data, connection.msgtype)
-                out[connection.topic].append(Heard(recorded, stamp_of(message), message))
-    except InputError:
-        raise
-    except Exception as error:  # a damaged file may raise anything
-        raise InputError(
-            f"{path}: expected a complete bag; it is truncated or damaged ({type(error).__name__}: "
-            f"{error!s:.80}). Try `mcap recover`, `ros2 bag reindex` or `rosbag reindex`."
-        ) from None
+    with reading(path, WHOLE, Exception), reader([path], default_typestore=plain) as bag:
+        listed = sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})
+        if missing := {*topics} - {c.topic for c in bag.connections}:
+            more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
+            has = f"{', '.join(listed[:SHOWN]) or 'none'}{more}"
+            raise InputError(f"{path}: expected a topic {min(missing)}; it has {has}.")
+        wanted = [c for c in bag.connections if c.topic in out]
+        for connection, recorded, data in bag.messages(connections=wanted):
+            message = bag.deserialize(data, connection.msgtype)
+            out[connection.topic].append(Heard(recorded, stamp_of(message), message))
     for topic, messages in out.items():
         count = sum(c.msgcount for c in wanted if c.topic == topic)
         if not messages or len(messages) != count:

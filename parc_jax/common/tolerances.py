@@ -9,7 +9,6 @@ class Tolerances:
 
     lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at
         (never: safe).
-    lp_margin: [row units] a dual proof of emptiness must clear zero by this.
     leaf_margin: [m or row units] a box of plans must clear its condition by this before it is
         written down as unsafe; otherwise it stays undecided.
     contact_depth: [m] how deep a contact must lie in the obstacle; less than leaf_margin.
@@ -23,7 +22,6 @@ class Tolerances:
     """
 
     lp_feasible: float = 1e-9
-    lp_margin: float = 1e-12
     leaf_margin: float = 1e-6
     contact_depth: float = 2e-7
     profile_floor: float = 1e-3

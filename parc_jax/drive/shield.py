@@ -208,7 +208,7 @@ class Shield(gymnasium.Wrapper):
         self._left = decision.left or (self._left and not over)
         # an environment that raises may have moved on: without another reset nothing is certified
         steps, self._steps = self._steps, None
-        observation, reward, terminated, truncated, info = self.env.step(driven)
+        observation, reward, terminated, truncated, info = self.env.step(driven.copy())
         why, at_end = decision.reason, None
         if terminated or truncated:
             at_end, unknown = self._left_at_end(observation, now + self.every)

@@ -1,6 +1,5 @@
 """What the room offers: the one list, for type checkers and for `__init__.py`."""
 
-from parc_jax.learning.bound.claim_file import load_claim as load_claim
 from parc_jax.learning.bound.counts import required_runs as required_runs
 from parc_jax.learning.bound.declared import assumed_claim as assumed_claim
 from parc_jax.learning.bound.declared import declared_claim as declared_claim

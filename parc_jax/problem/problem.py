@@ -11,7 +11,7 @@ import numpy as np
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
 from parc_jax.common.errors import InputError, check_kind, check_text
-from parc_jax.common.said import together
+from parc_jax.common.said import slot, together
 from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.spelling import counted, listed
@@ -33,7 +33,7 @@ class Span(tuple):
     said: what it rests on, a sentence, whose numbers may stand in braces, as "within {0.5} m/s":
     of many that differ in these alone one is told. mover: names whose places these are, of one that
     is told of in several parts: it goes on where a part ends and another of its name begins. One
-    that ends " from 2" is told of from that interval on.
+    that ends " from 2" is told of from that interval on, any other from the first one, 0.
     """
 
     dt: float | None
@@ -51,18 +51,18 @@ class Span(tuple):
         return self
 
     @property
-    def told_from(self) -> tuple[str, int]:
-        """Its mover, and the interval in which the first of its parts begins."""
+    def told_from(self) -> int:
+        """The interval in which its mover's first part begins: before that it is nowhere."""
         _, said, first = self.mover.rpartition(" from ")
-        return self.mover, int(first) if said and first.isdecimal() else self[0]
+        return int(first) if said and first.isdecimal() else 0
 
     @property
     def rests_on(self) -> str:
-        """`said`, or a sentence about `of`; empty for nothing."""
-        if not self.loop:
-            return self.said
+        """`said`, or a sentence about `of`, and where it was before; empty for nothing."""
         told = "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear"
-        return f"{told} of this plan, of a loop ({self.loop})."
+        told = f"{told} of this plan, of a loop ({self.loop})." if self.loop else self.said
+        words = f"Before interval {slot(str(self.told_from))} of a plan, counted from 0, it is "
+        return f"{told} {words}nowhere, or told of apart.".lstrip() if self.told_from else told
 
     @property
     def loop(self) -> str:
@@ -125,13 +125,14 @@ class Problem:
         return self.spans or (None,) * len(self.obstacles)
 
     def told_for(self, steps: int) -> int:
-        """Of so many steps the first ones, in which all that moves is told of: up to the end of a
-        span whose mover does not go on; 0 without a mover's first part: before that it is nowhere.
+        """Of so many steps the first ones, in which all is told of: up to the end of a span whose
+        mover does not go on; 0 where neither a span nor another of its mover begins at `told_from`.
         """
         spans = list(filter(None, self.all_spans))
         begun = {(span.mover, span[0]) for span in spans if span.mover}
         ends = [span[1] + 1 for span in spans if (span.mover, span[1] + 1) not in begun]
-        ends += [0 for span in spans if span.mover and span.told_from not in begun]
+        late = [(span.mover, span.told_from) for span in spans if span[0] > span.told_from]
+        ends += [0 for one in late if one not in begun]
         return min([steps, *ends])
 
     @property

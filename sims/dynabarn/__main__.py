@@ -1,6 +1,7 @@
 """Drive the worlds, by the loop and by a plain planner beside it: `python -m sims.dynabarn`."""
 
 import json
+import sys
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from parc_jax.learning.systems.content import whole_digest
 from sims.dynabarn import driver, movers, plain, robot
 from sims.dynabarn.sight import Known, Seen
 from sims.dynabarn.worlds import FILE, KINDS, PHASES, Law, World, numbers, world
+from sims.ended import ended
 
 PLANNERS = ("loop", "plain")
 
@@ -171,4 +173,5 @@ def table(told: list[dict]) -> str:
 
 
 if __name__ == "__main__":
-    print(drive(tyro.cli(Options, description=__doc__)))
+    options = tyro.cli(Options, description=__doc__)
+    sys.exit(ended("sims.dynabarn", lambda: drive(options)))

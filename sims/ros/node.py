@@ -6,9 +6,12 @@ python -m sims.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p leave:=
 import dataclasses
 import os
 import sys
+from array import array
+from pathlib import Path as File
 
 import numpy as np
 
+from parc_jax.app.cli.places import require_place
 from parc_jax.bags.recording import stamp_of
 from parc_jax.common.errors import InputError, ParcError
 from parc_jax.common.status import Status
@@ -24,6 +27,7 @@ try:
     from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
     from nav_msgs.msg import OccupancyGrid, Odometry, Path
     from nav_msgs.srv import GetPlan
+    from rcl_interfaces.msg import ParameterDescriptor
     from rclpy.executors import ExternalShutdownException
     from rclpy.node import Node
     from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -46,12 +50,12 @@ KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class PilotNode(Node):
     """Subscribes to map or scan, pose and goal; publishes manoeuvre, path and statement per step.
 
-    Parameters: model, radius or footprint, episode (a file that is written at the end),
-    pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
-    `sims.driving.Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose, ~/restart
-    (Empty: the robot rests, and a person has looked `margin` around it) in; ~/manoeuvre
-    (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped at the knots),
-    ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
+    Parameters, none of which changes while it runs: model, radius or footprint, episode (a file
+    that is written at the end), pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of
+    GetPlan, and the fields of `sims.driving.Driving`. Topics, to be remapped: map, scan, movers,
+    odom, goal_pose, ~/restart (Empty: the robot rests, and a person has looked `margin` around it)
+    in; ~/manoeuvre (Float64MultiArray: the parameters k, named in its layout), ~/path (Path,
+    stamped at the knots), ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
     """
 
     def __init__(self, **options):
@@ -59,10 +63,19 @@ class PilotNode(Node):
         self.episode = self._parameter("episode", "")
         self._restarts = 0
         self.tolerance = self._parameter("tolerance", 0.2)
-        self.pilot = Pilot(load(self._parameter("model", "")), self._robot(), self._driving())
-        kind = self._parameter("pose_kind", "Odometry")
+        model, kind = self._parameter("model", ""), self._parameter("pose_kind", "Odometry")
+        robot, driving = self._robot(), self._driving()
+        unknown = [x for x in self._parameter_overrides if not self.has_parameter(x)]
+        if unknown:
+            raise InputError(
+                f"parameters: expected those of docs/ros.md; got {', '.join(sorted(unknown))}."
+            )
+        if not 0 < self.tolerance < np.inf:
+            raise InputError(f"tolerance: expected above 0 m; got {self.tolerance!r}.")
         if kind not in KINDS:
             raise InputError(f"pose_kind: expected one of {', '.join(KINDS)}; got {kind!r:.40}.")
+        require_place(File(self.episode) if self.episode else None)
+        self.pilot = Pilot(load(model), robot, driving)
         self.manoeuvre = self.create_publisher(Float64MultiArray, "~/manoeuvre", 1)
         self.path = self.create_publisher(Path, "~/path", KEPT)
         self.statement = self.create_publisher(String, "~/statement", KEPT)
@@ -149,24 +162,33 @@ class PilotNode(Node):
         return response
 
     def _parameter(self, name: str, default):
-        return self.declare_parameter(name, default).value
+        """A value of the default's kind, whole numbers for others too; None for a list. It stays as
+        it is. Raises InputError.
+        """
+        fixed = ParameterDescriptor(read_only=True, dynamic_typing=True)
+        value = self.declare_parameter(name, default, fixed).value
+        if isinstance(default, float) and type(value) is int:
+            return float(value)
+        kinds = (type(None), list, tuple, array) if default is None else type(default)
+        if not isinstance(value, kinds) or type(value) is bool:
+            kind = {str: "text", int: "a whole number", float: "a number"}.get(kinds, "a list")
+            raise InputError(f"{name}: expected {kind}; got {value!r:.40}.")
+        return value
 
     def _robot(self):
         outline, radius = self._parameter("footprint", ""), self._parameter("radius", 0.0)
+        if outline and radius:
+            raise InputError("footprint, radius: expected one of them; got both.")
         return read_footprint(outline) if outline else radius
 
     def _driving(self):
-        """The fields of `Driving` as parameters; an empty list stands for None."""
+        """The fields of `Driving` as parameters; lists have no default."""
         given = {}
         for field in dataclasses.fields(Driving):
-            default = field.default
-            listed = default is None or isinstance(default, tuple)
-            empty = [0.0] if field.name == "sensor" else [""]
-            value = self._parameter(field.name, empty if listed else default)
-            if not listed:
-                given[field.name] = value
-            elif list(value) != empty:
-                given[field.name] = tuple(value)
+            listed = field.default is None or isinstance(field.default, tuple)
+            value = self._parameter(field.name, None if listed else field.default)
+            if value is not None:
+                given[field.name] = tuple(value) if listed else value
         return Driving(**given)
 
 

@@ -14,6 +14,7 @@ def assumed(pilot) -> str:
         told.append(f"its start is {START}")
     if pilot.model.rotation is None:
         asked = "only compared with that of its runs" if pilot.model.n_points > 1 else "not asked"
+        asked = "asked to be 0, as for its twist" if pilot.takes_twist else asked
         told.append(f"the model goes along the frame's axes, and the heading of a pose is {asked}")
     if memory.added is not None:
         told.append(f"the last scan is {(memory.stamp - memory.added) / 1e9!r} s older")

@@ -3,6 +3,7 @@
 Learns a model from chains of manoeuvres first (minutes), or takes the one that it saved.
 """
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import jax
 import numpy as np
 
 import parc_jax as pj
+from parc_jax.app.cli.places import require_place
 from parc_jax.common.spelling import rounded_down
 from sims.barn.driver import content_of
+from sims.ended import ended
 from sims.tractor import params as c
 from sims.tractor.driver import LEAVE, Driver
 from sims.tractor.gates import any_yard
@@ -61,6 +64,7 @@ def learn(options: Options) -> Path:
 
 def drive_yards(options: Options) -> tuple[pj.drive.Episodes, str]:
     """Learn and drive; returns the episodes, and what came of them in words."""
+    require_place(options.out, folder=True)
     save = options.out / "episodes"
     save.mkdir(parents=True, exist_ok=True)
     model = learn(options)
@@ -85,4 +89,5 @@ def drive_yards(options: Options) -> tuple[pj.drive.Episodes, str]:
 if __name__ == "__main__":
     import tyro
 
-    print(drive_yards(tyro.cli(Options, description=__doc__))[1])
+    options = tyro.cli(Options, description=__doc__)
+    sys.exit(ended("sims.tractor.episodes", lambda: drive_yards(options)[1]))

@@ -4,6 +4,7 @@ meant.
 
 import itertools
 import logging
+import re
 import shutil
 
 import numpy as np
@@ -16,7 +17,7 @@ from parc_jax.common import premises
 from parc_jax.common.errors import InputError
 
 need("rosbags")
-from bag_files import KINDS, drive, write  # noqa: E402
+from bag_files import KINDS, TF, drive, ns, write  # noqa: E402
 
 GRID = pj.learning.time_grid(0.25, 0.75, 0.05)
 K = ("linear.x", "angular.z")
@@ -252,13 +253,13 @@ def frames_between(folder):
 def cut_off(folder):
     path = next(bag(folder).glob("*.mcap"))
     path.write_bytes(path.read_bytes()[:-2000])
-    return path, {}, "expected a complete bag; it is truncated or damaged"
+    return path, {}, "expected a complete bag .*truncated or damaged"
 
 
 def cut_off_ros1(folder):
     path = bag(folder, "ros1")
     path.write_bytes(path.read_bytes()[:-2000])
-    return path, {}, "expected a complete bag; it is truncated or damaged"
+    return path, {}, "expected a complete bag .*truncated or damaged"
 
 
 def fewer_than_indexed(folder):
@@ -356,6 +357,36 @@ def test_how_far_two_clocks_of_headers_are_apart_is_told_and_parts_no_logs(tmp_p
     premises.agree("two logs", laws[0].cut, laws[1].cut)
 
 
+def heard_beside(arm, late):
+    """Of /tf: the edge of the robot, stamped late by [s], beside an arm's in time ("twice", each in
+    a message of its own), or in one message behind another's with stamp 0 ("behind").
+    """
+
+    def messages(says, t, pose):
+        edge = says.transforms(ns(t - late), pose, ("odom", "base_link"))
+        other = says.transforms(0 if arm == "behind" else ns(t), (0, 0, 0), ("base_link", "arm"))
+        if arm == "twice":
+            return [other, edge, other]
+        return [says.make(TF, transforms=[*other.transforms, *edge.transforms])]
+
+    return messages
+
+
+TF_EDGE = {"pose": "/tf", "frames": ("odom", "base_link")}
+
+
+def test_how_far_clocks_are_apart_is_told_of_the_edge_of_the_robot(tmp_path):
+    """It was that of the first transform of each message, of whatever edge."""
+    for arm, late, told in (("twice", 0.595, "0.6"), ("behind", 0.0115, "0.012")):
+        path, tf = tmp_path / arm, heard_beside(arm, late)
+        write(path, "mcap", drive(COMMANDS), COMMANDS, heads=True, tf=tf)
+        runs = pj.exchange.load_bags(path, GRID, **ASKED | TF_EDGE | {"k": HEADED})
+        assert f"clocks = up to {told} s apart in the median" in runs.law.describe()
+    path = bag(tmp_path, tf=heard_beside("twice", 0.6))
+    with pytest.raises(InputError, match=r"within 0\.1 s of one clock; .* are 0\.6 s apart"):
+        pj.exchange.load_bags(path, GRID, **ASKED | TF_EDGE)
+
+
 @pytest.mark.parametrize("heads", [True, False])
 def test_two_recorders_of_one_drive_are_seen_by_the_clock_of_each(tmp_path, heads):
     """Later by a few milliseconds, each message by others; headers tell it hours later, too."""
@@ -376,27 +407,36 @@ def test_two_recorders_of_one_drive_are_seen_by_the_clock_of_each(tmp_path, head
     assert pj.exchange.load_bags(tmp_path, GRID, **ASKED, clock="recorder").recordings == 2
 
 
-@pytest.mark.parametrize("name", ["day 2/run.bag", "run.bag.active", "run.mcap.zst", "run/a_0.db3"])
+IN_FOLDERS = ["day 2/run.bag", "run/a_0.db3"]
+NOT_CLOSED = ["run.bag.active", "run.bag.part", "run.db3-wal", "run.BAG"]
+PACKED = ["run.mcap.zst", "run.bag.tar.gz", "runs.zip", "runs.tgz", "runs.tar.xz"]
+COPIES = ["run.bag.1", "run.bag~", "run.bag.bak", "run.bag_old", "run.mcap2"]
+
+
+@pytest.mark.parametrize("name", [*IN_FOLDERS, *NOT_CLOSED, *PACKED, *COPIES])
 def test_a_recording_in_the_folder_that_is_not_read_is_refused(tmp_path, name):
     bag(tmp_path, "mcap", "good")
-    (tmp_path / "run.bag.txt").touch()  # a note, and the backup of `rosbag reindex`
-    (tmp_path / "run.bag.orig.active").touch()
+    # notes, no bags, and the backup of `rosbag reindex`
+    for other in ("run.bag.txt", "run.mcap.v2.yaml", "bag.py", "a.bagel", "run.bag.orig.active"):
+        (tmp_path / other).touch()
     assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 1
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).touch()
-    with pytest.raises(InputError, match=f"in no sub-folder; got {name}\\. Try") as why:
+    with pytest.raises(InputError, match=f"in no sub-folder; got {re.escape(name)}\\. Try") as why:
         pj.exchange.load_bags(tmp_path, GRID, **ASKED)
     assert "\n" not in str(why.value) and str(why.value)[-1] == "."
 
 
-@pytest.mark.parametrize("name", ["good_1.mcap", "failed/a_0.db3"])
+@pytest.mark.parametrize("name", ["good_1.mcap", "ood.mcap", "failed/a_0.db3"])
 def test_a_recording_inside_of_a_bag_that_is_not_of_it_is_refused(tmp_path, name):
-    path = write(tmp_path / "good", "mcap", drive(COMMANDS), COMMANDS)
-    folder = tmp_path if path.is_dir() else tmp_path / "good"
-    assert path.is_dir()
+    folder = tmp_path / "bags"
+    folder.mkdir()
+    path = bag(folder, "mcap", "good")
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked/day").symlink_to(path)
     (path / name).parent.mkdir(exist_ok=True)
     (path / name).touch()
-    for asked in (folder, path):
+    for asked in (folder, path, tmp_path / "linked"):
         with pytest.raises(InputError, match=f"in no sub-folder; got .*{name}"):
             pj.exchange.load_bags(asked, GRID, **ASKED)
 
@@ -408,6 +448,34 @@ def test_recordings_that_are_linked_have_the_names_of_their_links(tmp_path):
         driven = drive(COMMANDS, begin=1.7e9 + 1e5 * i)
         (bags / f"day{i}.mcap").symlink_to(bag(tmp_path / f"{i}", "mcap", "run", driven))
     assert pj.exchange.load_bags(bags, GRID, **ASKED).recordings == 2
+
+
+@pytest.mark.parametrize("name", ["failed.bag", "deep/failed.bag", None])
+def test_bags_behind_a_linked_folder_are_refused_as_in_a_real_one(tmp_path, name):
+    bags, disk = tmp_path / "bags", tmp_path / "disk"
+    for folder in (bags, disk / "deep"):
+        folder.mkdir(parents=True)
+    bag(bags, "ros1", "good")
+    (bags / "day 2").symlink_to(disk)
+    (disk / "loop").symlink_to(bags)
+    (disk / "notes.txt").touch()
+    assert pj.exchange.load_bags(bags, GRID, **ASKED).recordings == 1
+    where = f"day 2/{name}" if name else "day 2"
+    if name:
+        (disk / name).touch()
+    else:  # a disk that is not there may hold any
+        shutil.rmtree(disk)
+    with pytest.raises(InputError, match=f"in no sub-folder; got {where}\\. Try"):
+        pj.exchange.load_bags(bags, GRID, **ASKED)
+
+
+def test_a_bag_with_damaged_metadata_is_refused_in_a_sentence(tmp_path):
+    meta = bag(tmp_path) / "metadata.yaml"
+    for text in ("{", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n"):
+        meta.write_text(text)
+        with pytest.raises(InputError, match="run: expected a complete bag") as why:
+            pj.exchange.load_bags(tmp_path, GRID, **ASKED)
+        assert "\n" not in str(why.value) and str(why.value)[-1] == "."
 
 
 def test_labels_swap_no_two_numbers_of_a_command(tmp_path):

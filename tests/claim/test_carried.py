@@ -9,6 +9,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 import pytest
+from claim_files import load_claim, save_claim
 from profiles import training_profile
 from synthetic_plants import failing, noisy, plant, straight_network
 
@@ -17,7 +18,6 @@ from parc_jax.checker import Rejected
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.settings import SpeedBound
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import k_law
@@ -243,7 +243,7 @@ def test_runs_that_were_begun_twice_are_counted(tmp_path):
 
 
 def rewritten(claim, path, change):
-    data = json.loads(claim.save(path).read_text())
+    data = json.loads(save_claim(claim, path).read_text())
     change(data["claim"])
     path.write_text(json.dumps(data))
     return path
@@ -258,9 +258,9 @@ def test_numbers_of_failed_runs_that_cannot_be_are_refused(failed, claim, tmp_pa
         load_claim(rewritten(claim, tmp_path / "claim.json", forge))
     forged = derived(claim, evidence={"failed": failed})  # under a hash of its own
     with pytest.raises((pj.InputError, Rejected), match=r"failed|whole number"):
-        load_claim(forged.save(tmp_path / "claim.json"))
+        load_claim(save_claim(forged, tmp_path / "claim.json"))
     with pytest.raises(pj.InputError, match="a sentence can state; the whole number -1"):
-        derived(claim, evidence={"failed": -1}).save(tmp_path / "claim.json")
+        save_claim(derived(claim, evidence={"failed": -1}), tmp_path / "claim.json")
 
 
 def test_a_monitor_counts_what_the_claim_counts_and_each_once(claim, held, runs):

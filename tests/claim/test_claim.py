@@ -6,11 +6,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from claim_files import load_claim, save_claim
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.bound.claim import check_claim, derived, error_claim, weaker
-from parc_jax.learning.bound.claim_file import claim_from_json, load_claim
+from parc_jax.learning.bound.claim_file import claim_from_json
 from parc_jax.learning.bound.counts import NoStatement
 from parc_jax.learning.bound.tube import tube, tube_from_json, tube_to_json
 from parc_jax.learning.runs.law import law_spec, subject, told_of_part
@@ -128,7 +129,7 @@ def test_json_keeps_every_number(kind, tmp_path):
     back = claim_from_json(data, tube_from_json(json.loads(json.dumps(tube_to_json(c.tube)))))
     assert back.to_json() == c.to_json() and back.tube.hash == c.tube.hash
     assert data["kind"] == kind and data["statement"] == c.details() and data["n"] == 6905
-    assert load_claim(c.save(tmp_path / "claim.json")).to_json() == c.to_json()
+    assert load_claim(save_claim(c, tmp_path / "claim.json")).to_json() == c.to_json()
 
 
 def test_json_holds_no_floats():
@@ -142,11 +143,7 @@ def test_json_holds_no_floats():
     assert not floats(claim().to_json()) and not floats(tube_to_json(TUBE))
 
 
-def test_damaged_claims_are_refused(tmp_path):
-    path = claim().save(tmp_path / "claim.json")
-    path.write_text(path.read_text()[:-40])
-    with pytest.raises(InputError, match="complete claim file"):
-        load_claim(path)
+def test_damaged_claims_are_refused():
     data = claim().to_json()
     with pytest.raises(InputError, match="kind one of"):
         claim_from_json(data | {"kind": "estimate"}, TUBE)
@@ -243,7 +240,11 @@ def test_every_part_is_bound_to_its_claim(part, tmp_path):
         check_claim(other)
     with pytest.raises(InputError, match="made about"):
         claim_from_json(other.facts() | {"statement": "", "hash": other.hash}, other.tube)
-    for say in (other.details, lambda: other.risk(share=0.5), lambda: other.save(tmp_path / "c")):
+    for say in (
+        other.details,
+        lambda: other.risk(share=0.5),
+        lambda: save_claim(other, tmp_path / "c"),
+    ):
         with pytest.raises(InputError, match="made about"):
             say()
 

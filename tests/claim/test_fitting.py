@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from claim_files import load_claim, save_claim
 from profiles import training_profile
 from scored import score_batch
 from synthetic_plants import failing, noisy, plant, straight, straight_network
@@ -15,7 +16,6 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import weaker
-from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.monitor import inside_tube
 from parc_jax.learning.bound.profile import fitted_profile, shape_of
@@ -201,7 +201,7 @@ def test_a_failed_run_takes_the_claim(profile):
 
 def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
     claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
-    claim.save(tmp_path / "claim.json")
+    save_claim(claim, tmp_path / "claim.json")
     again = load_claim(tmp_path / "claim.json")
     assert again.tube.hash == claim.tube.hash != claim.tube.replace(templates=None).hash
     assert tube_from_json(tube_to_json(profile)).hash == profile.hash

@@ -9,6 +9,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
+from claim_files import load_claim, save_claim
 from toy_models import assumed, line_model, told
 from toy_running import Cart, H, cart_model, settled_network
 
@@ -18,7 +19,6 @@ from parc_jax.app.files.answer_file import load_answer
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.claim import derived
-from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import save_rollouts
@@ -47,7 +47,7 @@ def claim():
 
 def test_a_claim_lists_it_and_keeps_it_in_files(claim, tmp_path):
     assert ENTRY in claim.assumptions and ENTRY in claim.details()
-    back = load_claim(claim.save(tmp_path / "claim.json"))
+    back = load_claim(save_claim(claim, tmp_path / "claim.json"))
     assert back.assumptions == claim.assumptions and back.hash == claim.hash
     model = pj.learning.trajectory_model(settled_network(), claim)
     model.save(tmp_path / "model.npz")

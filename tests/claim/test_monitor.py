@@ -38,7 +38,7 @@ from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.batch import rollout_batch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.independent import marks_by_k, repeated
-from parc_jax.learning.runs.law import FITTED, law_spec
+from parc_jax.learning.runs.law import FITTED, TO_TRAINING, law_spec
 from parc_jax.learning.system import time_grid
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -174,6 +174,8 @@ def test_a_log_of_a_part_of_k_is_of_another_law(claim):
     with pytest.raises(InputError, match=r"got k as logged, on another K\. Declare it: monitor"):
         monitor(logged, NET).observe(part)
     assert monitor(logged, NET, share=0.5).observe(part).seen == inside.sum()
+    fitted = law_spec("file:log", small, "logged", {FITTED: TO_TRAINING})  # none was left out
+    assert monitor(logged, NET).observe(part.replace(law=fitted)).seen == inside.sum()
     whole = law_spec("file:log", box([-1.0] * 2, [2.0] * 2), "logged", left_out)
     watch = monitor(logged, NET).observe(part.replace(domain=runs.domain, law=whole))
     assert "K = as declared, which 30 of 60 commands miss" in watch.details()

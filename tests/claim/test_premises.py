@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from claim_files import load_claim, save_claim
 
 import parc_jax
 from parc_jax.checker.claim import NOT_STATED, NUMBERS, checked_claim
@@ -17,7 +18,6 @@ from parc_jax.common.premises import ASSUMED, CHECKED, agree, assumptions, premi
 from parc_jax.common.sets.box import box
 from parc_jax.common.spelling import hex_text
 from parc_jax.learning.bound.claim import check_claim, derived, error_claim, scene_claim
-from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.statement import statement
 from parc_jax.learning.bound.tube import tube
 from parc_jax.learning.runs.law import law_spec, subject
@@ -90,7 +90,7 @@ def test_what_differs_is_refused_in_memory_and_in_files_and_changes_the_sentence
     assert told.premises.hash != before.hash
     with pytest.raises(InputError, match="made about"):
         check_claim(edited)
-    data = json.loads(claim.save(tmp_path / "claim.json").read_text())
+    data = json.loads(save_claim(claim, tmp_path / "claim.json").read_text())
     data["claim"] |= edited.facts()
     (tmp_path / "claim.json").write_text(json.dumps(data))
     with pytest.raises(InputError, match="made about"):
@@ -159,8 +159,8 @@ def test_numbers_that_do_not_follow_from_the_runs_are_not_loaded(claim, tmp_path
     """Also where somebody has made the hash anew."""
     for changes in ({"eps": Fraction(1, 10**6)}, {"n": 22}, {"discard": 30}):
         with pytest.raises(InputError, match="numbers that follow from its runs; the claim's runs"):
-            load_claim(derived(claim, **changes).save(tmp_path / "claim.json"))
-    path = claim.save(tmp_path / "claim.json")
+            load_claim(save_claim(derived(claim, **changes), tmp_path / "claim.json"))
+    path = save_claim(claim, tmp_path / "claim.json")
     assert load_claim(path).premises == claim.premises
     data = json.loads(path.read_text())
     assert set(NUMBERS) <= data["claim"].keys()

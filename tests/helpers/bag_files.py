@@ -115,9 +115,11 @@ def write(
     unit=1.0,
     heads=False,
     modes=None,
+    tf=None,
 ):
     """A bag of a drive: /odom, /tf, /cmd_vel. stamps: of /odom [s], where not its times. heads: do
-    commands have headers? modes: (frame, name, effort) of each, which are of joints then.
+    commands have headers? modes: (frame, name, effort) of each, which are of joints then. tf: the
+    messages of /tf that are heard at a time [s] and a pose, in place of the one that is in time.
     """
     times, poses, speeds, sent = driven
     ros1 = kind == "ros1"
@@ -127,8 +129,8 @@ def write(
     for t, stamp, pose, speed in zip(times, stamps, poses, speeds, strict=True):
         odometry = says.odometry(ns(stamp), pose, speed, frames, unit)
         lines.append((ns(t), "/odom", "nav_msgs/msg/Odometry", odometry))
-        moved = says.transforms(ns(t), pose, frames)
-        lines.append((ns(t), "/tf", TF, moved))
+        moved = [says.transforms(ns(t), pose, frames)] if tf is None else tf(says, t, pose)
+        lines += [(ns(t) + i, "/tf", TF, message) for i, message in enumerate(moved)]
     stops = [(0.0, 0.0)] * (len(sent) - len(commands))  # one, or none where it was not sent yet
     for i, (t, (v, w)) in enumerate(zip(sent, [*commands, *stops], strict=True)):
         name, message = "geometry_msgs/msg/Twist", says.twist(v, w)

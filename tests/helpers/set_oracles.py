@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.neuralparc.lp_batch import propose, proves_empty
 from benchmarks.neuralparc.lp_program import LPStatus
-from benchmarks.neuralparc.lp_solve import solve
+from benchmarks.neuralparc.lp_solve import LP_MARGIN, solve
 from benchmarks.neuralparc.sets.affine import as_ah, membership
 from parc_jax.common.lp.exact import violation
 from parc_jax.common.sets.extent import bounding_box
@@ -42,7 +42,7 @@ def memberships(s, x) -> np.ndarray:
     y = np.where(y > 0, y, 0.0)
     w = -(y @ s.A) @ pseudo
     multipliers = np.concatenate([y, np.maximum(w, 0), np.maximum(-w, 0)], axis=1)
-    outside = proves_empty(A, b, multipliers, lo, hi, TOLERANCES.lp_margin)
+    outside = proves_empty(A, b, multipliers, lo, hi, LP_MARGIN)
     status = np.full(len(x), int(LPStatus.UNKNOWN))
     status[outside] = int(LPStatus.INFEASIBLE)
     status[inside] = int(LPStatus.FEASIBLE)

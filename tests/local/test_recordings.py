@@ -329,6 +329,15 @@ def test_kept_recordings_are_all_of_those_of_the_claim_as_they_were(slipped, tmp
         pj.load(tmp_path / "edited.npz")
 
 
+def test_a_model_keeps_recordings_of_which_none_was_lost(tmp_path):
+    """The other half of a log had one: the file of the model was refused when it was read."""
+    runs = recorded(60 + N, 5).replace(lost=(np.arange(60 + N) == 0).astype(int))
+    train, held = runs.select(slice(60)), runs.select(slice(60, None))
+    options = {"hidden": (4,), "seeds": 1, "steps": 10, "bins": (1, 1), "delta": 0.05}
+    model = learn(train, KEY, holdout=held, quiet=True, **options)
+    assert pj.load(model.save(tmp_path / "model.npz")).held.lost is None
+
+
 def test_recordings_that_a_file_leaves_out_are_counted_by_content(slipped, tmp_path):
     """Finite recordings written to a file of their own, which has no gap."""
     fit = slipped.held.finite
@@ -589,13 +598,31 @@ def test_the_law_of_recordings_says_nothing_false_of_another_k(model, lo, hi, wo
     assert words in claim.quantifier and "smallest box" not in claim.quantifier
 
 
-@pytest.mark.parametrize("fitted", [TO_TRAINING, "as declared, which 168 of 200 commands miss"])
+MISSED = (f"{TO_TRAINING}, which 168 of 200 others miss", "as declared, which 168 of 200 miss")
+
+
+@pytest.mark.parametrize("fitted", [*MISSED, "of a log whose K nobody knows"])
 def test_recordings_left_out_by_a_smaller_k_are_refused(model, fitted):
     """By bags that were loaded with it, none of the runs outside failed: they were left out."""
     small, runs = box([0.3, 0.3], [0.7, 0.7]), recorded(200, 14)
     law = law_spec("file:toy", small, "logged", {FITTED: fitted})
     part = dataclasses.replace(runs.select(small.contains(runs.k)), domain=small, law=law)
     refused(model, part, "outside of a smaller box were left out, .* domain=model.domain")
+
+
+def test_recordings_of_which_none_was_left_out_test_a_wider_k(model):
+    """A half wholly inside the smallest box of the other was refused, for runs left out."""
+    small, runs = box([0.3, 0.3], [0.7, 0.7]), recorded(200, 14)
+    law = law_spec("file:toy", small, "logged", {FITTED: TO_ALL})
+    logged = runs.select(small.contains(runs.k)).replace(domain=small, law=law)
+    halves = [logged.split(0.2, seed=seed)[1] for seed in range(60)]
+    rng, said = np.random.default_rng(0), [half.law.fitted for half in halves]
+    inside = halves[said.index(TO_TRAINING)]
+    assert trials.one_of_each(model, inside, rng).n == inside.n
+    refused(model, halves[[x != TO_TRAINING for x in said].index(True)], "were left out")
+    shown = {"eps": RISK, "delta": DELTA, "n": 60, "discard": 0, "assumptions": ("IID",)}
+    claim = scene_claim(model.claim, model.tube, inside.law, {RECORDED_IDS: []}, **shown)
+    assert "smallest box" not in claim.quantifier  # which the model's K is not
 
 
 def test_recordings_left_out_by_a_larger_k_are_told(model, tmp_path):

@@ -31,6 +31,7 @@ from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of, told_again
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs import chunks
+from parc_jax.statement import about_obstacles
 
 KEY = jax.random.PRNGKey(4)
 
@@ -247,6 +248,32 @@ def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
         more = [*parts[:2], *other[0]]
         one = loop_of(0.01).step([0.0] * 2, [0.1], more, lambda x: -x.path[:, -1, 0], **goes)
         assert float(one.committed.told_until) == 2 * dt
+
+
+@pytest.mark.parametrize("mover", ["", "cart", "cart from 1", "cart from 2"])
+def test_of_what_is_told_of_late_alone_all_say_so(mover, tmp_path):
+    """Only of one told of from 2 on is it said what was before; of a contact that is assumed."""
+    far, said = [pj.box([20.0, 20.0], [21.0, 21.0])], "A cart keeps to its plan."
+
+    def drive(*_):
+        loop = loop_of(0.01)
+        loop.restart()
+        spans = [pj.problem.Span((2, 3), at=0.0, said=said, mover=mover)]
+        step = loop.step([0.0] * 2, [0.1], far, lambda x: -x.path[:, -1, 0], at=0.0, spans=spans)
+        return pj.drive.Outcome(True, False, {}, [step.committed], 0.4)
+
+    (one,), done, told = drive().committed, asked(drive, 3), mover.endswith(" 2")
+    assert one.told_until == (one.end if told else one.begin)
+    assert ("until 0 s" in repr(one)) == (not told) == (not done.contradictions)
+    assert (", of some for the first 0 s alone" in done.details()) == (not told)
+    text = pj.drive.save_episode(tmp_path / "drive.json", [one]).read_text()
+    assert f"for the first {1 if told else 0} s of each manoeuvre that rests on this" in text
+    answer = about_obstacles(one.asked.problem, one.asked.model.time)
+    assert ("alone, until 1 s of it at least: nothing is said of them later." in answer) == told
+    assert ("alone: nothing is said of them at other times." in answer) == (not told)
+    before = "Before interval 2 of a plan, counted from 0, it is nowhere, or told of apart."
+    for words in (text, answer, done.details()):
+        assert (f"{said} {before}" in words) == told and said in words
 
 
 def test_what_was_driven_before_a_restart_is_under_way_no_more():

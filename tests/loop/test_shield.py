@@ -198,6 +198,19 @@ def test_what_the_user_s_code_raises_before_a_start_is_told_with_its_cause(model
 
 
 @pytest.mark.soundness
+def test_an_environment_that_writes_into_its_action_does_not_change_what_is_told(model):
+    class InPlace(Platform):
+        def step(self, action):
+            done = super().step(action.copy())
+            action *= 0.0
+            return done
+
+    env = shielded(InPlace(posts=[[9.0, 9.0]]), model)
+    env.reset(seed=0)
+    *_, info = env.step(np.array([0.5, 0.3]))
+    assert np.allclose(info["shield"]["driven"], [0.5, 0.3])
+
+
 def test_a_policy_that_writes_into_what_it_got_changes_nothing_of_what_is_sensed(model):
     """One that normalises its observation in place was certified into the post."""
 

@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from benchmarks.neuralparc.lp_batch import proves_empty
 from benchmarks.neuralparc.lp_program import LPStatus
-from benchmarks.neuralparc.lp_solve import feasible, solve
+from benchmarks.neuralparc.lp_solve import LP_MARGIN, feasible, solve
 from parc_jax.common.errors import InputError
 from parc_jax.common.tolerances import TOLERANCES
 
@@ -86,7 +86,7 @@ def test_infeasible_comes_with_a_witness_that_a_user_can_check():
     lo, hi = np.full(2, -10.0), np.full(2, 10.0)
     ours = feasible(A, b, lo=lo, hi=hi)
     assert ours.status is LPStatus.INFEASIBLE
-    assert proves_empty(A, b, ours.multipliers, lo, hi, TOLERANCES.lp_margin)
+    assert proves_empty(A, b, ours.multipliers, lo, hi, LP_MARGIN)
 
 
 def test_touching_sets_are_never_called_empty():

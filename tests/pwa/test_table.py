@@ -7,6 +7,7 @@ import pytest
 from exact_points import with_exact_points
 from region_networks import outputs, random_network
 
+from benchmarks.neuralparc.cells import neighbours
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.proof.regions import enumerate_regions
@@ -34,11 +35,11 @@ def test_vertices_satisfy_the_rows_and_every_row_is_a_facet(table):
 
 
 def test_neighbours_are_mutual_and_share_the_facet(table):
-    ends = table.facet_offsets
+    ends, across = table.facet_offsets, neighbours(table)
     for i in range(table.count):
         for facet, other in zip(
             table.facet_index[ends[i] : ends[i + 1]],
-            table.neighbours[ends[i] : ends[i + 1]],
+            across[ends[i] : ends[i + 1]],
             strict=True,
         ):
             label = table.facet_label[facet]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import toy_driven
 import toy_query
+from claim_files import load_claim, save_claim
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, fold_model, random_network, toy_case
 from uncertain import NEARLY, corners_and_inside
@@ -22,7 +23,6 @@ from parc_jax.app.plot.shapes import corners_of
 from parc_jax.checker.claim import BOX, arithmetic_of, stated_premises, words_of
 from parc_jax.common.errors import InputError
 from parc_jax.learning.bound import claim as claim_module
-from parc_jax.learning.bound.claim_file import load_claim
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.labels import labels
 from parc_jax.learning.network.relu import outputs
@@ -418,7 +418,7 @@ def test_a_claim_of_a_part_of_K_says_of_what_its_runs_were_drawn(tmp_path):
     assert "K, a part of N, = [0.3, 0.7] x [0.2, 0.8]." in local and " N = " not in local
     seen = dict((name, value) for name, _, value in stated_premises(claim.facts()))
     assert seen["k"].startswith("by a uniform draw on [0, 1]") and seen["law"] in said
-    data = json.loads(claim.save(tmp_path / "claim.json").read_text())
+    data = json.loads(save_claim(claim, tmp_path / "claim.json").read_text())
     assert load_claim(tmp_path / "claim.json").details() == said
     silent = replace(claim, law=model.claim.law)
     with pytest.raises(checker.Rejected, match="the law of the claim is about another K"):
@@ -441,7 +441,7 @@ def test_a_claim_per_bin_stays_one_of_the_bins_that_were_counted(tmp_path):
     assert claim.tube.n_bins > 9 and "in each claimed block of bins of K" in said
     assert "of 1 block of the model's claim, of whose tube this one is made" in said
     assert "how probable this bin is" in str(claim.risk(share=0.01, bin=0))
-    assert load_claim(claim.save(tmp_path / "claim.json")).details() == said
+    assert load_claim(save_claim(claim, tmp_path / "claim.json")).details() == said
     known = arithmetic_of(claim.facts(), claim.tube.n_bins)["says"]
     assert known.startswith(f"in 1 block with {claim.tube.n_bins} of {claim.tube.n_bins} bins ")
 

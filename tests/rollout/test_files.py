@@ -62,6 +62,49 @@ def test_an_own_file_with_other_names_or_numbers_is_refused(batch, tmp_path):
     assert load_rollouts(tmp_path / "some.npz").recordings == 2
 
 
+def test_what_is_saved_is_read_whatever_form_it_has(batch, tmp_path):
+    """Halves without a lost run, and arrays of other kinds, were refused as edited."""
+    lost = np.arange(30) == 0
+    parts = [*batch.replace(lost=lost.astype(int)).split(0.5), batch.replace(lost=0 * batch.rows)]
+    forms = {"q": np.float32, "rows": np.int32, "k": ">f8"}
+    parts += [batch.replace(**{x: getattr(batch, x).astype(to)}) for x, to in forms.items()]
+    parts += [batch.replace(p=jax.numpy.asarray(batch.p)), batch.select(slice(0))]
+    for part in parts:
+        back = load_rollouts(save_rollouts(tmp_path / "part.npz", part))
+        assert (back.hashes() == part.hashes()).all() and (back.rows == part.rows).all()
+        one = part.lost is not None and part.lost.any()
+        assert back.lost is None if not one else (back.lost == part.lost).all()
+
+
+def edits(meta):
+    """A file's `meta` with one thing changed, by its name."""
+    law = {"generator": "file:other", "k_law": "logged", "parameters": [["slip", "0"]]}
+    yield from ((name, meta | {"law": meta["law"] | {name: x}}) for name, x in law.items())
+    stated = {"time": dict(meta["time"], dt=0.5), "seed": [0, 7], "stage": 9, "given": [0]}
+    stated |= {"labels": dict(meta["labels"], k=["w [rad/s]", "v [m/s]"]), "source": None}
+    stated |= {"made_by": {"system": {}}, "rotation": None, "points": ["nose"]}
+    yield from ((name, meta | {name: x}) for name, x in stated.items())
+
+
+def test_whatever_was_edited_in_an_own_file_is_refused(batch, tmp_path):
+    """Its time, law, seed or K were taken as they were found."""
+    told = batch.replace(rotation=("turns",), points=("tail",))
+    kept = read_npz(save_rollouts(tmp_path / "own.npz", told))
+    meta = json.loads(str(kept["meta"]))
+    others = {name: {"meta": np.array(json.dumps(other))} for name, other in edits(meta)}
+    assert len({str(other["meta"]) for other in others.values()} - {str(kept["meta"])}) == 12
+    for name, other in (others | {x: {x: kept[x] - 9} for x in ("lo", "hi")}).items():
+        np.savez(tmp_path / f"{name}.npz", **kept | other)
+        with pytest.raises(InputError, match=r"other rollouts .* load it, and save the other"):
+            load_rollouts(tmp_path / f"{name}.npz")
+    np.savez(tmp_path / "again.npz", **dict(reversed(kept.items())))  # in any order
+    del meta["digest"]  # as written before, with one of another rule
+    meta["made_by"] = {"runs": "of six arrays"}
+    np.savez(tmp_path / "older.npz", **kept | {"meta": np.array(json.dumps(meta))})
+    for name in ("again", "older"):
+        assert (load_rollouts(tmp_path / f"{name}.npz").hashes() == batch.hashes()).all()
+
+
 @pytest.mark.parametrize("compressed", [False, True])
 def test_wherever_a_byte_is_wrong_the_file_is_whole_or_says_so(tmp_path, compressed):
     rng = np.random.default_rng(0)

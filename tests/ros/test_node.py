@@ -104,6 +104,18 @@ def test_the_node_drives_past_who_may_move_and_says_so(graph, tmp_path):
         (("model:=none.npz", *ASKED), "none.npz"),
         (("model:=model.npz", "radius:=0.2"), "given: expected 2 numbers"),
         (("model:=model.npz", *ASKED, "pose_kind:=Pose"), "pose_kind: expected one of Odometry"),
+        (("model:=model.npz", *ASKED, "mover_radios:=0.5"), "got mover_radios"),
+        (("model:=model.npz", *ASKED, "sensor:=[0.0]"), "sensor: expected shape (3,)"),
+        (("model:=model.npz", *ASKED, "sensor:=0.0"), "sensor: expected a list"),
+        (("model:=model.npz", *ASKED, "room:=wide"), "room: expected a number"),
+        (("model:=model.npz", *ASKED, "tolerance:=-1.0"), "tolerance: expected above 0 m"),
+        (("model:=model.npz", *ASKED, "tolerance:=.nan"), "tolerance: expected above 0 m"),
+        (("model:=model.npz", *ASKED, "frame:=''"), "frame: expected the name of a frame"),
+        (("model:=model.npz", *ASKED, "episode:=model.npz/drive.json"), "cannot be written"),
+        (
+            ("model:=model.npz", *ASKED, "footprint:='[[1, 1], [1, -1], [-1, 0]]'"),
+            "footprint, radius: expected one of them",
+        ),
     ],
 )
 def test_bad_parameters_end_in_one_sentence(graph, tmp_path, asked, words):
@@ -112,3 +124,26 @@ def test_bad_parameters_end_in_one_sentence(graph, tmp_path, asked, words):
     complained = pilot.communicate()[1]
     ours = [line for line in complained.splitlines() if line.startswith("sims.ros: ")]
     assert pilot.returncode == 2 and len(ours) == 1 and words in ours[0], complained
+
+
+def test_parameters_are_fixed_and_whole_numbers_are_numbers(graph, tmp_path):
+    """One set while the node ran was answered "successful", and changed nothing."""
+    told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
+    code = """
+import rclpy
+from rclpy.parameter import Parameter
+from sims.ros.node import PilotNode
+rclpy.init()
+asked = {"model": "model.npz", "radius": 1, "leave": 1, "sensor": [0, 0, 0]}
+asked |= {"given": ["twist.twist.linear.x", "twist.twist.linear.y"]}
+node = PilotNode(parameter_overrides=[Parameter(x, value=asked[x]) for x in asked])
+driving = node.pilot.driving
+assert driving.leave == 1.0 and driving.sensor == (0.0, 0.0, 0.0), driving
+for name, value in (("radius", 0.6), ("mover_radius", 0.5), ("sensor", [1.0, 0.0, 0.0])):
+    (result,) = node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful and "read-only" in result.reason, result
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=graph, cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr

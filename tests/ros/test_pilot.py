@@ -6,6 +6,7 @@ import functools
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -17,8 +18,11 @@ from toy_models import told
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of
+from parc_jax.checker.claim import OURS
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
+from parc_jax.learning.bound.claim import derived
+from parc_jax.learning.labels import Labels
 from sims.driving import Driving
 from sims.guide import Guide, along_ways
 from sims.pilot import Pilot
@@ -376,3 +380,92 @@ def test_a_node_without_ros_says_what_to_install():
 def test_a_model_that_measures_nothing_is_told_how_to_learn_one_that_does():
     with pytest.raises(InputError, match=r"expected 0 numbers.* got 2\. Learn one of a"):
         Pilot(sliding.model(), 0.2, Driving(leave=0.4, given=GIVEN))
+
+
+def labelled(*names):
+    """The platform's model, its parameters at the start so named."""
+    return told(model(), labels=Labels(model().labels.p, model().labels.q, (*names, "vx", "vy")))
+
+
+@pytest.mark.soundness
+def test_a_twist_of_a_turned_body_begins_nothing_where_the_model_goes_along_the_frame():
+    """It drove on with (0.6, 0) m/s while the robot went at (0, 0.6) m/s of the map."""
+    one = pilot(uncertainty_heading=0.02)
+    one.hear_map(sliding.map_of(sliding.hall()))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    for at, yaw in enumerate((np.pi / 2, -0.1, np.pi), 1):
+        step = one.hear_pose(sliding.odometry([0, 0], [0.6, 0.0], at * 10**9, yaw=yaw))
+        assert not step.new and step.reason.startswith("the twist of a pose is of a body turned by")
+    first = one.hear_pose(sliding.odometry([0, 0], [0.6, 0.0], 4 * 10**9, yaw=0.02))
+    assert first.new and "the heading of a pose is asked to be 0" in one.assumed
+    said = one.premises["measured at the start"]
+    assert "is taken along the frame's axes" in said and "within ±0.020001 rad" in said
+    place, speed = sliding.after(np.zeros(2), first.committed.k, 4)
+    step = one.hear_pose(sliding.odometry(place, speed, 44 * 10**8, yaw=0.3))
+    assert not step.new and step.committed is first.committed
+    assert "turned by 0.3" in one.statement(step)
+    turned = Pilot(told(model(), rotation=()), 0.2, one.driving)
+    assert not turned.takes_twist and "frame's axes" not in turned.premises["measured at the start"]
+
+
+@pytest.mark.soundness
+def test_which_numbers_of_a_message_are_measured_is_told_and_compared_with_what_was_learned():
+    """It took the y of a twist for its x, or the stamp, and said no more than k0 = 0.6."""
+    other = ("pose.pose.position.x", "header.stamp.sec")
+    one, exchanged = pilot(), pilot(given=GIVEN[::-1])
+    said = one.premises["measured at the start"]
+    assert f"k0 is {GIVEN[0]}, k1 is {GIVEN[1]} of the message of the pose" in said
+    assert said in one.assumed and said != exchanged.premises["measured at the start"]
+    for named in (GIVEN, GIVEN[::-1]):
+        for given in (GIVEN, GIVEN[::-1], other):
+            if given == named:
+                Pilot(labelled(*named), 0.2, Driving(leave=0.4, given=given))
+                continue
+            with pytest.raises(
+                InputError, match=f"given: expected {named[0]}, {named[1]}, in this"
+            ):
+                Pilot(labelled(*named), 0.2, Driving(leave=0.4, given=given))
+            with pytest.raises(InputError, match="given: expected"):
+                Pilot(
+                    labelled(*(f"{x} [m/s]" for x in named)), 0.2, Driving(leave=0.4, given=given)
+                )
+    Pilot(labelled("v.x [m/s]", "v.y [m/s]"), 0.2, Driving(leave=0.4, given=GIVEN))
+    cut = ((f"{OURS}given", f"with the pose, {', '.join(GIVEN)}"),)
+    law = replace(model().claim.law, parameters=cut)  # as of a bag; its labels are others
+    learned = model().replace(claim=derived(model().claim, law=law))
+    Pilot(learned, 0.2, one.driving)
+    with pytest.raises(InputError, match=f"given: expected {GIVEN[0]}, {GIVEN[1]}, in this order"):
+        Pilot(learned, 0.2, exchanged.driving)
+
+
+@pytest.mark.soundness
+def test_the_deadline_counts_what_is_done_before_the_candidates():
+    """Free space took half a second of a deadline of 0.1 s, and a manoeuvre began all the same."""
+    now = [0.0]
+    one = Pilot(model(), 0.2, Driving(leave=0.4, given=GIVEN, deadline=0.1), clock=lambda: now[0])
+    one.hear_map(sliding.map_of(sliding.hall()))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    ways, slow = one._ways, [0.2]
+
+    def slowly(*asked):
+        now[0] += slow[0]
+        return ways(*asked)
+
+    one._ways = slowly
+    step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    assert not step.new and "no manoeuvre was proved within 0.1 s" in step.reason
+    slow[0] = 0.05
+    assert one.hear_pose(sliding.odometry([0, 0], [0, 0], 2 * 10**9)).new
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"frame": ""}, "frame: expected the name of a frame"),
+        ({"given": GIVEN[0]}, "given: expected paths of numbers"),
+        ({"given": (1.0,)}, "given: expected paths of numbers"),
+    ],
+)
+def test_names_that_are_none_are_refused(asked, words):
+    with pytest.raises(InputError, match=words):
+        Driving(**asked)

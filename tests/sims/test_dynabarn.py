@@ -397,3 +397,22 @@ def test_worlds_share_as_many_ways_as_the_page_tells():
     known = sum(of.tobytes() in ways[1 - worlds.half_of(number)] for number, of in hard)
     shared = len(walked), len({of.tobytes() for _, of in walked}), len(hard), known
     assert shared == (641, 392, 313, 174)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (("dynabarn", "--worlds", "3"), "expected one of the 40"),
+        (("tractor.episodes", "--out", "file/yard"), "file is a file and no folder"),
+    ],
+)
+def test_a_command_for_what_is_not_there_ends_in_one_sentence(asked, words, tmp_path):
+    """It ended in a traceback."""
+    import subprocess
+    import sys
+
+    (tmp_path / "file").touch()
+    ask = [sys.executable, "-m", f"sims.{asked[0]}", *asked[1:]]
+    done = subprocess.run(ask, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert done.stderr.startswith(f"sims.{asked[0]}: ") and words in done.stderr

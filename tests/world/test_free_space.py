@@ -1,6 +1,7 @@
 """Free space adds up, is simplified inwards alone, and its obstacles let nobody out. [T41]"""
 
 import copy
+import pickle
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -631,6 +632,33 @@ def test_only_valid_areas_are_free_space(region, got):
         edges = [replace(one, region=region) for one in FreeSpace(ROOM).obstacles()]
         with pytest.raises(InputError, match=f"obstacles: expected a valid Polygon .*; {got}"):
             edges[0].require_all(edges)
+
+
+@pytest.mark.parametrize("width", [np.nan, np.inf, -1.0, None, True])
+def test_only_a_length_is_a_width_below_which_nothing_stands(width):
+    """NaN and -1 filled holes, and no edge said that it rests on a width."""
+    with pytest.raises(InputError, match="free space width: expected"):
+        FreeSpace(ROOM, width)
+
+
+@pytest.mark.parametrize("name", ["region", "gone", "standing"])
+def test_each_part_of_a_free_space_is_an_area_in_metres(name):
+    for area in (BOWTIE, shapely.LineString(RING), None):
+        with pytest.raises(InputError, match="free space: expected a valid Polygon or Multi"):
+            FreeSpace(**{"region": ROOM, name: area})
+    degrees = shapely.set_srid(shapely.box(8.5, 47.3, 8.6, 47.4), 4326)
+    with pytest.raises(InputError, match=r"free space: expected metres .*; got SRID 4326"):
+        FreeSpace(**{"region": ROOM, name: degrees})
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
+def test_a_copy_of_a_place_drifts_as_it_does(copied):
+    place = free_place(BODY, 0.2)
+    moved = [one.drifted((0, 0, 0), 0.01, 0.01) for one in (place, copied(place))]
+    assert moved[0].region.equals(moved[1].region) and not moved[1].region.is_empty
+    assert copied(moved[0]).add(place).region.area > place.region.area - 1e-9
 
 
 def test_far_away_is_no_free_space_where_floats_round_by_more_than_is_allowed_for():

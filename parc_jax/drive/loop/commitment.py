@@ -108,7 +108,7 @@ class Commitment(Sealed):
 
     @property
     def told_until(self) -> Fraction:
-        """[s] of the clock up to which all that moves is told of, as of `Problem.told_for`."""
+        """[s] of the clock up to which all is told of, as of `Problem.told_for`."""
         time = self.asked.model.time
         return self.begin + Fraction(time.dt) * self.asked.problem.told_for(time.n_steps)
 

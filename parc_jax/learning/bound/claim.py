@@ -4,7 +4,6 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 
@@ -29,9 +28,8 @@ from parc_jax.learning.bound.counts import (
     risk_of,
 )
 from parc_jax.learning.bound.statement import DIGITS, VALIDATED, premises_of, statement
-from parc_jax.learning.bound.tube import Tube, tube_to_json
+from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.relu import ReLUNetwork
-from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.runs.law import PART, LawSpec, Subject, logged_on, told_of_part
 
 ROUNDED = 1e-9  # [of itself] by which a share in decimals may be above that of float edges
@@ -188,11 +186,6 @@ class ErrorClaim(Sealed):
             "bin_eps": by_bin,
             "intersample": hex_text(self.intersample),
         }
-
-    def save(self, path: str | Path) -> Path:
-        """Claim and tube in one JSON file, atomically. `load_claim` gives back equal numbers."""
-        data = {"claim": self.to_json(), "tube": tube_to_json(self.tube)}
-        return write_atomic(path, json.dumps(data, indent=1).encode())
 
     @property
     def claimed_share(self) -> Fraction:

@@ -1,8 +1,6 @@
 """Claims out of files: their numbers follow from each other, and their hash from all of them."""
 
-import json
 from fractions import Fraction
-from pathlib import Path
 
 from parc_jax.checker import Rejected
 from parc_jax.checker.claim import checked_claim
@@ -10,7 +8,7 @@ from parc_jax.common.errors import InputError, reading
 from parc_jax.common.spelling import nearest_floats
 from parc_jax.learning.bound.claim import FORMAT, ErrorClaim, check_claim
 from parc_jax.learning.bound.statement import VALIDATED
-from parc_jax.learning.bound.tube import Tube, tube_from_json
+from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.runs.law import LawSpec, subject_from_json
 
 KINDS = ("pac", "assumed", "declared", VALIDATED)
@@ -43,13 +41,6 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         check_claim(claim)
         _check_sum(data, error_tube)
     return claim
-
-
-def load_claim(path: str | Path) -> ErrorClaim:
-    """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
-    with reading(path, "a complete claim file"):
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
 
 
 def _check_sum(data: dict, tube: Tube) -> None:

@@ -19,6 +19,7 @@ from parc_jax.learning.runs.law import (
     LEFT,
     OURS,
     TO_ALL,
+    TO_OTHERS,
     TO_TRAINING,
     LawSpec,
     Subject,
@@ -272,7 +273,7 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
     if held.law.fitted != TO_ALL:
         own = train.k.min(axis=0, initial=np.inf), train.k.max(axis=0, initial=-np.inf)
         if held.law.fitted and not np.array_equal(own, [held.domain.lo, held.domain.hi]):
-            others = held.law.fitted.replace(TO_TRAINING, "the smallest box of other runs")
+            others = held.law.fitted.replace(TO_TRAINING, TO_OTHERS)
             told = tuple({**dict(held.law.parameters), FITTED: others}.items())
             held = dataclasses.replace(held, law=dataclasses.replace(held.law, parameters=told))
         return train, held

@@ -25,15 +25,7 @@ from parc_jax.learning.runs.chunks import (
 )
 from parc_jax.learning.runs.files import meta_of, read_npz, rollouts_from_npz, save_rollouts
 from parc_jax.learning.runs.joined import concatenate
-from parc_jax.learning.runs.law import (
-    GIVEN,
-    SAMPLER,
-    LawSpec,
-    given_of,
-    identity_of,
-    law_of,
-    subject_of,
-)
+from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, identity_of, law_of, subject_of
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system
 from parc_jax.learning.systems.chained import Chained
@@ -113,7 +105,7 @@ class _Work:
         as_key(self.key)
         check_count("n", self.n, 1, "collect(system, key, n=1000)")
         check_count("first_row", self.first_row, 0, "collect(system, key, n, first_row=1000)")
-        given_of(system)
+        subject_of(system)
         if self.dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise InputError(f"dtype: expected float64 or float32; got {self.dtype!r:.60}.")
         if not self.is_given:

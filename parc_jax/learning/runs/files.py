@@ -22,7 +22,7 @@ from parc_jax.learning.systems.content import whole_digest
 
 FORMAT = "parc_jax.rollouts/1"
 STATED = ("seed", "stage", "points", "rotation", "given", "source")  # of a batch, as plain values
-KNOWN = "lo hi meta format time law made_by labels".split()  # of a file, beside these
+KNOWN = "lo hi meta format time law made_by labels digest".split()  # of a file, beside these
 # of an archive with a wrong byte, which may also look encrypted or of a later version
 DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
 RAGGED = (
@@ -87,11 +87,12 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
 def rollouts_to_npz(batch: RolloutBatch, made_by: dict | None = None) -> dict[str, np.ndarray]:
     """The arrays of `save_rollouts`."""
     meta = {"format": FORMAT, "time": asdict(batch.time), "law": asdict(batch.law)}
-    made_by = {"runs": digest_of(batch)} | (made_by or {})
     meta |= {"made_by": made_by, "labels": batch.labels and batch.labels._asdict()}
     meta |= {name: getattr(batch, name) for name in STATED}
-    about = {"lo": batch.domain.lo, "hi": batch.domain.hi, "meta": np.array(json.dumps(meta))}
-    return about | {name: x for name in BY_ROW if (x := getattr(batch, name)) is not None}
+    arrays = {name: np.asarray(x) for name in BY_ROW if (x := getattr(batch, name)) is not None}
+    arrays |= {"lo": batch.domain.lo, "hi": batch.domain.hi}
+    meta["digest"] = digest_of(arrays, meta)
+    return arrays | {"meta": np.array(json.dumps(meta))}
 
 
 def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
@@ -101,6 +102,11 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
     if others := sorted({*arrays, *meta} - {*KNOWN, *BY_ROW, *STATED}):  # said for nothing
         raise InputError(f"{path}: expected names of save_rollouts; got {', '.join(others)} too.")
+    if "digest" in meta and meta["digest"] != digest_of(arrays, meta):  # older ones have none
+        raise InputError(
+            f"{path}: holds other rollouts than were made; expected the same runs, time, K, law "
+            "and labels, as they were saved. To change some, load it, and save the other batch."
+        )
     with reading(path, "all parts of a file of save_rollouts"):
         law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
         law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
@@ -108,15 +114,13 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         about = {x: tuple(of) if isinstance(of, list) else of for x, of in about.items()}
         about |= {name: arrays[name] for name in BY_ROW if name in arrays or name in BY_ROW[:4]}
         K, time = box(arrays["lo"], arrays["hi"]), time_grid(**meta["time"])
-        batch = rollout_batch(time=time, domain=K, law=law, **about)
-    if (meta.get("made_by") or {}).get("runs", told := digest_of(batch)) != told:
-        raise InputError(f"{path}: holds other rollouts than were made; expected the same runs.")
-    return batch
+        return rollout_batch(time=time, domain=K, law=law, **about)
 
 
-def digest_of(batch: RolloutBatch) -> str:
-    """Of the runs as a file holds them: one that was edited is refused."""
-    return whole_digest([getattr(batch, name) for name in BY_ROW])
+def digest_of(arrays: dict, meta: dict) -> str:
+    """Of all else that a file of rollouts holds, as it is there: one that was edited is refused."""
+    told = {"meta": json.dumps(meta | {"digest": None})}
+    return whole_digest(sorted((arrays | told).items()))
 
 
 def meta_of(arrays: dict) -> dict:

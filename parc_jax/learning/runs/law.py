@@ -43,7 +43,8 @@ from parc_jax.learning.systems.user_code import blamed
 
 LOG = "file:"  # begins the generator of runs that were logged
 # of a law whose K was not declared but fitted to logged k, the runs of that fit
-TO_ALL, TO_TRAINING = "the smallest box of these runs", "the smallest box of the training runs"
+FITS = [f"the smallest box of {whose} runs" for whose in ("these", "the training", "other")]
+TO_ALL, TO_TRAINING, TO_OTHERS = FITS  # where not one of a log's runs was left out
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
 LEFT = " left out"  # ends the number of windows that are no runs
@@ -102,7 +103,7 @@ class LawSpec:
     def lacks(self, K: Box) -> bool:
         """Were runs left out of these whose k may lie in K?"""
         whole = box(hex_floats(self.lo), hex_floats(self.hi))
-        return not (self.fitted in (None, TO_ALL) or whole.contains([K.lo, K.hi]).all())
+        return not (self.fitted in (None, *FITS) or whole.contains([K.lo, K.hi]).all())
 
     @property
     def cut(self) -> Premises:
@@ -145,7 +146,8 @@ def logged_on(law: LawSpec, K: Box) -> LawSpec:
     """The law of recordings for plans of a K that need not be theirs, nor a part of it."""
     if (tuple(hex_text(K.lo)), tuple(hex_text(K.hi))) == (law.lo, law.hi):
         return law
-    law = replace(law, parameters=tuple(x for x in law.parameters if x != (FITTED, TO_ALL)))
+    told = [pair for pair in law.parameters if pair[0] != FITTED or pair[1] not in FITS]
+    law = replace(law, parameters=tuple(told))
     if box(hex_floats(law.lo), hex_floats(law.hi)).contains(np.stack([K.lo, K.hi])).all():
         return told_of_part(law)
     return law_spec(law.generator, K, "logged", dict(law.parameters))
@@ -339,7 +341,7 @@ def subject_of(system) -> Subject:
     """The subject of the runs of a system. Raises InputError."""
     about = (system.name, system.domain, system.time, system.n_p, system.n_q)
     named = points_of(system), rotation_of(system), labels_of(system)
-    return subject(*about, *named, getattr(system, "given", ()))
+    return subject(*about, *named, given_of(system))
 
 
 def given_of(system) -> tuple[int, ...]:

@@ -26,7 +26,7 @@ SPLIT = 3  # parts of a gap, so that one of any angle is inside of chords
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Beams of one scan; none (`STANDS`) of a place where the body stands.
+    """Beams of one scan; none, as in `STANDS`, of a place where the body stands.
 
     place: (2,) [m] of the sensor.
     angles: (n,) [rad] of the beams in the frame of the place, increasing.
@@ -67,7 +67,7 @@ class Beams:
             dark[met] = came
             grown = ROUND * (self.grown + TOLERANCES.outline)
             behind = self._behind(region, dark).buffer(grown, quad_segs=4)
-            gone = region.intersection(shapely.union_all([behind, *discs[came]]))
+            gone = _areas(region.intersection(shapely.union_all([behind, *discs[came]])))
         return shapely.union_all(discs[~came]), gone, int(came.sum())
 
     def drifted(self, place: np.ndarray, moved: float, turned: float) -> "Beams":
@@ -154,7 +154,9 @@ class FreeSpace:
     drift: tuple[Fraction, ...] = field(default=(Fraction(0),) * 2, repr=False)
 
     def __post_init__(self):
-        outlines.require_areas(CALL, self.region)
+        at_least(f"{CALL} width", self.width)
+        for area in (self.region, self.gone, self.standing):
+            outlines.require_areas(CALL, area)
 
     def add(self, other: "FreeSpace") -> "FreeSpace":
         """The union, as a memory. A hole too small for an obstacle of the assumed width is free.
@@ -242,7 +244,7 @@ class FreeSpace:
         most = max(along, across)
         by = ROUND * (most + turned * max(far, default=0.0) + TOLERANCES.outline)
         gone, standing = (x.buffer(by, quad_segs=4) for x in (self.gone, self.standing))
-        beams = x if (x := self.beams) in (None, STANDS) else x.drifted(place, most, turned)
+        beams = x.drifted(place, most, turned) if (x := self.beams) and len(x.angles) else x
         bounds = _ends(self.bounds, {"moved": (along, across), "turned": (turned,)})
         since = zip(self.drift, (min(along, across), turned), strict=True)
         drift = tuple(bool(region) * (x + Fraction(exact(y))) for x, y in since)

@@ -164,10 +164,13 @@ def _rectangles(cells: np.ndarray) -> np.ndarray:
 
 MODES = ("trinary", "scale", "raw")
 NEEDED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
+# pixels of a file that Pillow gives to the shade, and those of which a colour may be transparent
+CLEAR = "L", "RGB", "P", "P;1", "P;2", "P;4"
+EXACT = *CLEAR, "1", "1;I", "L;2", "L;4", "I;16B", "LA", "RGBA"
 
 
 def load_map(path: str | Path) -> GridMap:
-    """The map of a map_server YAML file, and the image (PGM, PNG, ...) that it names.
+    """The map of a map_server YAML file, and the PGM or PNG that it names: 8 bits, or 16 of grey.
 
     Free are cells occupied with a probability p < free_thresh; the rest, occupied or unknown, is
     not. p = 1 - shade, or the shade itself with `negate`; in the mode trinary 205 is unknown
@@ -178,11 +181,14 @@ def load_map(path: str | Path) -> GridMap:
     """
     path, yaml = Path(path), package("yaml", "load_map")
     with reading(path, "a YAML file of map_server", yaml.YAMLError):
-        said = yaml.safe_load(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        said = yaml.safe_load(text)
+        if isinstance(said, dict) and len(said) != len(yaml.compose(text).value):
+            raise ValueError("an entry that is there twice, or merged")  # others read the first
     missing = [key for key in NEEDED if not isinstance(said, dict) or key not in said]
     if missing:
         raise InputError(f"{path}: expected an entry {missing[0]!r}; there is none.")
-    mode = said.get("mode", "trinary")
+    mode = str(said.get("mode", "trinary")).lower()
     free, taken = said["free_thresh"], said["occupied_thresh"]
     if not all(isinstance(v, int | float) for v in (free, taken)) or not 0 <= free <= taken <= 1:
         raise InputError(
@@ -205,20 +211,17 @@ def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Colours (rows, columns, channels), alpha (rows, columns), in 0 ... 1. Raises InputError."""
     pillow = package("PIL.Image", "load_map")
     wrong = SyntaxError, pillow.DecompressionBombError
-    with reading(f"{path}, image {image}", "an image", *wrong), pillow.open(image) as opened:
-        clear = "transparency" in opened.info  # a colour that stands for unknown
-        palette = opened.mode in ("P", "PA", "1") or (clear and opened.mode in ("L", "RGB"))
-        if clear and not palette:
-            raise ValueError("with a transparent colour beyond 8 bits")
-        if opened.mode == "I" and opened.format not in ("PNG", "PPM"):  # not 16 bits
-            raise ValueError("of whole numbers of 32 bits, whose white is not known")
-        array = np.asarray(opened.convert("RGBA") if palette else opened)
-        mode = "RGBA" if palette else opened.mode
-    if mode not in ("L", "LA", "RGB", "RGBA", "I", "I;16", "I;16B"):
-        raise InputError(f"{path}: expected an image of grey or colour; {image} has mode {mode}.")
-    whole = array.astype(np.float64) / (65535 if mode.startswith("I") else 255)
-    whole = whole.reshape(*whole.shape[:2], -1)
-    return (whole[..., :-1], whole[..., -1]) if mode in ("LA", "RGBA") else (whole, None)
+    what = "an image whose shades are known: save it as an 8-bit grey PNG or PGM"
+    opening = reading(f"{path}, image {image}", what, *wrong)
+    with opening, pillow.open(image, formats=("PNG", "PPM")) as opened:
+        stored, clear = opened.tile[0][3], "transparency" in opened.info
+        raw, most = stored[:2] if isinstance(stored, tuple) else (stored, 0)
+        if raw not in (CLEAR if clear else EXACT) or most not in (0, 255):  # others are rounded
+            raise ValueError(f"pixels {stored!r}{' with a transparent colour' * clear}")
+        palette = clear or raw[0] in "P1"
+        whole = np.asarray(opened.convert("RGBA") if palette else opened, np.float64)
+    whole = whole.reshape(*whole.shape[:2], -1) / (65535 if raw == "I;16B" else 255)
+    return (whole[..., :-1], whole[..., -1]) if palette or raw[-1] == "A" else (whole, None)
 
 
 def _occupied(

@@ -75,6 +75,7 @@ def require_areas(name: str, region: Any) -> None:
     """Raises InputError for what is no valid Shapely Polygon or MultiPolygon near the origin."""
     if getattr(region, "geom_type", "") not in ("Polygon", "MultiPolygon") or not region.is_valid:
         raise InputError(f"{name}: expected a valid Polygon or MultiPolygon; got {region!s:.60}.")
+    _require_local(name, [region])
     require_near(name, shapely.get_coordinates(region))
 
 
@@ -101,10 +102,9 @@ def _require_local(name: str, inside: list) -> None:
     told: list = []
     for one in inside:  # grows: features, and what they and collections hold
         told.append(getattr(one, "crs", None))
-        if isinstance(one, shapely.Geometry) and (srid := shapely.get_srid(one)):
-            told.append(f"SRID {srid}")
-        one = getattr(one, "__geo_interface__", one)
-        if isinstance(one, dict):
+        if isinstance(one, shapely.Geometry):
+            told.append((srid := shapely.get_srid(one)) and f"SRID {srid}")
+        elif isinstance(one := getattr(one, "__geo_interface__", one), dict):
             told += [one.get("crs"), one.get("coordRefSys")]  # of GeoJSON of 2008, of JSON-FG
             inside += [one.get("geometry"), *one.get("features", []), *one.get("geometries", [])]
     if any(told):

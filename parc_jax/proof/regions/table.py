@@ -147,13 +147,6 @@ class RegionTable:
         return self._region_vertices[1]
 
     @cached_property
-    def neighbours(self) -> np.ndarray:
-        """Region across each facet, flat with `facet_offsets`; -1 on the domain's boundary."""
-        sides = self.facet_regions[self.facet_index]
-        mine = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
-        return np.where(sides[:, 0] == mine, sides[:, 1], sides[:, 0])
-
-    @cached_property
     def _rows(self) -> np.ndarray:
         """Rows (A, b) of all regions, none redundant, flat with `facet_offsets`: (sum, n + 1)."""
         neuron = self.facet_label >= 0
