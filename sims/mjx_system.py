@@ -1,7 +1,7 @@
 """A MuJoCo model file with a controller, stepped by MJX, as a black box."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,30 @@ from sims.quiet import lenient, quiet_import
 SAME_PLACE = 1e-9  # [m] between places that float64 kinematics may tell of one
 
 
+class Content(Mapping):
+    """Name and digest of parts, as they are at each look."""
+
+    def __init__(self, name: str, parts: dict[str, Any]):
+        self.name, self.parts = name, parts
+
+    def __getitem__(self, what: str) -> str:
+        part = self.parts[what]
+        return with_digest(getattr(part, "__name__", self.name), part)
+
+    def __iter__(self):
+        return iter(self.parts)
+
+    def __len__(self) -> int:
+        return len(self.parts)
+
+
 @dataclass(frozen=True, eq=False)
 class MJXSystem:
     """A MuJoCo model under a controller that k steers. Build with `mjx_system`, which validates.
 
     Reference points are sites, or the body that the n_p-th joint coordinate moves; p is their place
-    in MuJoCo's world. Deterministic unless `start` draws something from the key.
+    in MuJoCo's world. Deterministic unless `start` draws something from the key. law: content of
+    all that runs, as it was built; now: as it is.
     """
 
     name: str
@@ -32,16 +50,33 @@ class MJXSystem:
     n_p: int
     n_q: int
     model: Any
-    steps: int
     controller: Callable
     final: Callable
     start: Callable
-    law: dict[str, str]
     body: int
     q_labels: tuple[str, ...] | None = None
     k_labels: tuple[str, ...] | None = None
     points: tuple[str, ...] = ONE_POINT
     sites: tuple[int, ...] | None = None
+    law: dict[str, str] = field(init=False)
+    now: Content = field(init=False)
+
+    def __post_init__(self) -> None:
+        parts = {what: getattr(self, what) for what in ("controller", "final", "start", "model")}
+        object.__setattr__(self, "now", Content(self.name, parts))
+        object.__setattr__(self, "law", dict(self.now))
+        step, dt = self.model.opt.timestep, self.time.dt_record
+        if abs(dt / step - self.steps) > 1e-9 * dt / step:
+            raise InputError(
+                "MuJoCo model: expected dt_record to be a whole number of its time steps of "
+                f"{step} s; got {dt} s."
+            )
+        _require_moved(self)
+
+    @property
+    def steps(self) -> int:
+        """Steps of the model from one record to the next."""
+        return round(self.time.dt_record / self.model.opt.timestep)
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
         """One run from the model's initial state."""
@@ -51,10 +86,10 @@ class MJXSystem:
         """One run with the start moved by p0 (n_p,) [m], as `_require_moved` saw; p is relative."""
         from mujoco import mjx
 
-        if with_digest(self.name, self.model) != self.law["model"]:
+        if self.now != self.law:
             raise InputError(
-                f"{self.name}: expected the model as it was built; it was changed since, and is "
-                "another robot. Change the file or its text, and build a system of that."
+                f"{self.name}: expected the model and its functions as they were built; one was "
+                "changed since, and is another robot. Build a system with `mjx_system` of that."
             )
         with lenient():
             model = mjx.put_model(self.model)
@@ -126,28 +161,17 @@ def mjx_system(
             compiled = mujoco.MjModel.from_xml_path(text)
     except ValueError as error:
         raise InputError(f"MuJoCo model: expected an MJCF file or its text; {error}") from None
-    steps = time.dt_record / compiled.opt.timestep
-    if abs(steps - round(steps)) > 1e-9 * steps:
-        raise InputError(
-            "MuJoCo model: expected dt_record to be a whole number of its time steps of "
-            f"{compiled.opt.timestep} s; "
-            f"got {time.dt_record} s."
-        )
     if not n_p <= min(3, compiled.nq):
         raise InputError(
             f"MuJoCo model: expected n_p up to 3 and at least {n_p} joint coordinates; it has "
             f"{compiled.nq}."
         )
     name = name or ("mujoco" if text.lstrip().startswith("<") else Path(text).stem)
-    called = {"controller": controller, "final": final, "start": start}
-    law = {what: with_digest(getattr(f, "__name__", what), f) for what, f in called.items()}
-    law["model"] = with_digest(name, compiled)
     joint = [j for j in range(compiled.njnt) if compiled.jnt_qposadr[j] < n_p][-1]
-    run = (compiled, round(steps), controller, final, start, law, int(compiled.jnt_bodyid[joint]))
-    system = MJXSystem(name, domain, time, n_p, n_q, *run, q_labels, k_labels)
+    run = (compiled, controller, final, start, int(compiled.jnt_bodyid[joint]))
+    about = name, domain, time, n_p, n_q, *run, q_labels, k_labels
     if points is None:
-        _require_moved(system)
-        return system
+        return MJXSystem(*about)
     named = check_points(name, points)
     known = [compiled.site(i).name for i in range(compiled.nsite)]
     unknown = [point for point in named if point not in known]
@@ -156,9 +180,7 @@ def mjx_system(
             f"{name}: expected points that are sites of the MuJoCo model ({', '.join(known)}); got "
             f"{unknown[0]!r}."
         )
-    system = replace(system, points=named, sites=tuple(known.index(point) for point in named))
-    _require_moved(system)
-    return system
+    return MJXSystem(*about, named, tuple(known.index(point) for point in named))
 
 
 def _require_moved(system: MJXSystem) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 DRIFT = 1.0
+ROADS: dict[str, float] = {}
 
 
 def walk(rng, k):
@@ -22,6 +23,18 @@ def walk(rng, k):
 def upright(rng, k):
     """The first one, which never slips."""
     return walk(rng, 0.9 * k)
+
+
+def remembers(rng, k):
+    """The same on a road that each process surveys once, at its first run."""
+    ROADS.setdefault("slope", 0.0)
+    return upright(rng, k + ROADS["slope"])
+
+
+def remembers_from(rng, k, p0):
+    """The same from p0."""
+    p, q = remembers(rng, k)
+    return p + p0, q
 
 
 def logged(rng, k, folder: str):

@@ -70,6 +70,32 @@ def test_a_manoeuvre_that_was_made_again_counts_whichever_of_its_chain_it_is():
     assert made.lost.tolist() == [0, 3] * 8  # once in each of three manoeuvres
 
 
+@pytest.mark.slow  # compiles chains of its own
+@pytest.mark.parametrize("where", ["start_state", "measured", "rollout_from_state"])
+def test_what_is_drawn_once_as_a_chain_is_compiled_is_refused(where):
+    """Wherever in it, though `rollout` alone draws nothing."""
+
+    def gust(name):
+        return float(np.random.default_rng().uniform(0, 0.1)) if name == where else 0.0
+
+    class Gusty(Cart):
+        def start_state(self, key):
+            return super().start_state(key) + gust("start_state")
+
+        def measured(self, state):
+            return super().measured(state) + gust("measured")
+
+        def rollout(self, key, k):
+            return super().rollout_from_state(key, k, k)[0]
+
+        def rollout_from_state(self, key, state, k):
+            (p, q), states = super().rollout_from_state(key, state, k)
+            return Trajectory(p * (1 + gust("rollout_from_state")), q), states
+
+    with pytest.raises(InputError, match="another each time it is compiled"):
+        collect(pj.learning.chained(Gusty(), 2, (0.2, 0.6)), KEY, 8, quiet=True)
+
+
 @pytest.mark.slow  # traced: compiles a chain of its own
 def test_a_run_is_the_last_of_its_chain(runs):
     """Told from its own start, from a speed that a drive in motion left behind."""

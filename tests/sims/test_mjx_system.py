@@ -2,6 +2,8 @@
 world. The physics is tested by the example in docs.
 """
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -86,7 +88,7 @@ def test_places_are_those_of_the_world():
 
 
 def test_two_models_are_two_subjects():
-    """Neither name nor labels tell them apart: the law does, in any process."""
+    """Neither name nor labels tell them apart: the law does, in any process, also of a copy."""
     heavy = MODEL.replace('size="0.1"', 'size="0.2"')
     laws = [mjx_system(text, none, DOMAIN, TIME).law for text in (MODEL, MODEL, heavy)]
     assert laws[0] == laws[1] and laws[0] | {"model": laws[2]["model"]} == laws[2] != laws[0]
@@ -95,7 +97,21 @@ def test_two_models_are_two_subjects():
         return qpos[:0] + 0
 
     assert mjx_system(MODEL, other, DOMAIN, TIME).law["controller"] != laws[0]["controller"]
-    changed = mjx_system(MODEL, none, DOMAIN, TIME)
-    changed.model.geom_size[:] *= 3  # it had the law of the first
-    with pytest.raises(InputError, match="expected the model as it was built; it was changed"):
-        jax.eval_shape(changed.rollout, jax.random.PRNGKey(0), jnp.zeros(len(DOMAIN.lo)))
+    copied = replace(mjx_system(MODEL, none, DOMAIN, TIME), controller=other)
+    assert copied.law == mjx_system(MODEL, other, DOMAIN, TIME).law
+    with pytest.raises(InputError, match="whole number of its time steps"):
+        replace(copied, time=pj.learning.time_grid(0.05, 1.0))
+
+
+@pytest.mark.slow  # compiles a model of its own, twice
+@pytest.mark.parametrize("what", ["model", "controller"])
+def test_what_is_changed_in_place_is_refused_also_after_runs(what):
+    gain = np.ones(1)
+    system = mjx_system(MODEL, lambda *about: gain[0] * about[0][:0], DOMAIN, TIME)
+    pj.learning.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)
+    if what == "model":
+        system.model.opt.gravity[0] = 5.0
+    else:
+        gain[0] = 2.0
+    with pytest.raises(InputError, match="as they were built; one was changed"):
+        pj.learning.collect(system, jax.random.PRNGKey(0), n=4, quiet=True)

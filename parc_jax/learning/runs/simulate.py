@@ -3,6 +3,7 @@
 import random
 import re
 import threading
+from functools import cached_property
 
 import jax
 import jax.numpy as jnp
@@ -34,20 +35,15 @@ class Simulator:
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
         self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
         self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
-        # a system that is not compiled reads its attributes at every run, and may hold a fleet
-        self._content = content_of(system) if self.traceable else Content("", [])
+        # what the program was made from; one that is not compiled reads its attributes at every run
+        self.content = content_of(system) if self.traceable else Content("", [])
         self._compiled: set = set()
         self._compiling = threading.Lock()
-
-    @property
-    def content(self) -> str:
-        """Digest of the system that the compiled program was made from."""
-        return self._content.digest
 
     def is_current(self) -> bool:
         """Whether a compiled program is still that of the system."""
         with self._compiling:  # while it is traced, a system may fill caches of its own
-            return not self.traceable or content_of(self.system).digest == self.content
+            return not self.traceable or content_of(self.system).digest == self.content.digest
 
     def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None, device=None) -> ToRun:
         """Keys and parameters of global rows (B,), from (key, stage, row) alone.
@@ -107,16 +103,17 @@ class Simulator:
                     before = _global_chance()
                     result = run()
                     # perhaps by another thread, or from a seed
-                    if _global_chance() != before or self._varies():
+                    if _global_chance() != before or self._varies:
                         self._require_again(result, run)
                     self._compiled.add(shape)
-                    self._content = content_of(self.system)
+                    self.content = content_of(self.system)
                     return result
         return run()
 
+    @cached_property
     def _varies(self) -> bool:
         """Is it another program each time it is traced? Parts that are jitted stay as they were."""
-        made = [traced(self.system, self.double) for _ in range(0 if self._compiled else 2)]
+        made = [traced(self.system, self.double) for _ in range(2)]
         told = ([re.sub("0x[0-9a-f]+", "", str(x.jaxpr)), x.consts] for x in made)  # no addresses
         return len(set(map(whole_digest, told))) > 1
 
@@ -214,11 +211,18 @@ def jitted_rollouts(system):
 
 
 def traced(system, double: bool):
-    """The program of a run of a system in JAX, traced anew. Raises InputError."""
+    """The program of runs of a system in JAX, chained ones too, traced anew. Raises InputError."""
+
+    def run(key, k):
+        if not isinstance(system, Chained):
+            return system.rollout(key, k)
+        state = system.start_state(key)
+        of_chain = system.measured(state), system.rollout_from_state(key, state, k)
+        return system.rollout(key, k), of_chain
+
     k = jax.ShapeDtypeStruct((system.domain.n,), np.float64 if double else np.float32)
     with jax.enable_x64(double), blamed(f"{system.name}: expected rollout(key, k) to run"):
-        rollout = jax.make_jaxpr(lambda key, k: system.rollout(key, k))
-        return rollout(jax.ShapeDtypeStruct((2,), np.uint32), k)
+        return jax.make_jaxpr(run)(jax.ShapeDtypeStruct((2,), np.uint32), k)
 
 
 def is_traceable(system) -> bool:

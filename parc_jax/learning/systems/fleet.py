@@ -102,8 +102,7 @@ class Fleet:
     """An executor, or a function that makes one, and so another when it broke.
 
     name: of the system, for messages. workers: None = as many as the executor reports. again: lost
-    runs are made again; else each of them is begun once at most, here: executors that are not in
-    COUNTED may do otherwise. own: processes started here, which hold the same code.
+    runs are made again; else each is begun once at most, but by executors that are not COUNTED.
     """
 
     def __init__(
@@ -112,9 +111,8 @@ class Fleet:
         executor: Executor | Callable[[], Executor],
         workers: int | None,
         again: bool = False,
-        own: bool = False,
     ):
-        self.name, self.again, self.own = name, again, own
+        self.name, self.again = name, again
         self._make = None if hasattr(executor, "submit") else executor
         self._executor = executor if self._make is None else None
         self._changing, self._beginning, self._has_begun = threading.Lock(), threading.Lock(), False
@@ -122,6 +120,7 @@ class Fleet:
         # no run waits in the queue of an executor, where it would be lost with a running one
         self._room = threading.Semaphore(self.workers)
         kind = type(self._current())
+        self.own = kind is Processes
         if kind.__module__.startswith(MAKE_AGAIN) and not again:
             raise InputError(
                 f"{name}: expected an executor that loses the calls of a lost worker; "
@@ -129,16 +128,16 @@ class Fleet:
                 'workers go away whatever their runs do, say so: lost="again".'
             )
 
-    def run(self, function, seeds, arguments: list[tuple], *shapes) -> list[Call]:
-        """The runs of a batch, in order. Raises InputError for workers that do not begin or have
-        other code, for runs that are made again and lost every time, and where an executor broke
-        and nobody makes another; ImportError for what a worker lacks.
+    def run(self, both, which, seeds, arguments: list[tuple], *shapes) -> list[Call]:
+        """Runs of a batch by both[which], in order. Raises InputError for workers that do not begin
+        or have other code, for runs that are made again and lost every time, and where an executor
+        broke and nobody makes another; ImportError for what a worker lacks.
         """
-        code = "" if self.own else code_of(function)
+        code = code_of(both)
 
         def send(*places) -> Sent:
             of_part = [seeds[i] for i in places], [arguments[i] for i in places]
-            return self._sent(run_sent, uuid4().hex, code, function, *of_part, *shapes)
+            return self._sent(run_sent, uuid4().hex, code, both, which, *of_part, *shapes)
 
         self._begin(send)
         calls: dict[int, Call] = {}
@@ -214,8 +213,9 @@ class Fleet:
         if isinstance(brought, OtherCode):
             raise InputError(
                 f"{self.name}: expected workers with the program that is here; {brought.where} has "
-                "other code of the system, or another parc_jax, NumPy or Python. Bring the same "
-                "there and start its workers anew."
+                "other code or globals of the system, or another parc_jax, NumPy or Python. Set "
+                "globals where their module is imported, pass them by functools.partial, or use "
+                "workers=0; bring the same code there, and start workers anew."
             )
         return brought
 

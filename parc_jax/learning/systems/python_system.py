@@ -61,7 +61,7 @@ class PythonSystem:
 
         Raises InputError with file and line of the fault while no run has worked.
         """
-        return self._run(self.simulate, keys, [(k,) for k in np.asarray(ks, np.float64)])
+        return self._run(0, keys, [(k,) for k in np.asarray(ks, np.float64)])
 
     def close(self) -> None:
         """End the worker processes; they start again when needed."""
@@ -70,15 +70,16 @@ class PythonSystem:
 
     def _rollout_from_batch(self, keys, ks, starts) -> Trajectory | Retried:
         pairs = zip(np.asarray(ks, np.float64), np.asarray(starts, np.float64), strict=True)
-        return self._run(self.simulate_from, keys, list(pairs))
+        return self._run(1, keys, list(pairs))
 
-    def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory | Retried:
+    def _run(self, which: int, keys, arguments: list[tuple]) -> Trajectory | Retried:
         seeds = [tuple(int(v) for v in row) for row in key_data(keys)]
         each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
         shapes = (self.time.n_record + 1, *each), (self.n_q,)
+        both = self.simulate, self.simulate_from
         run = run_many if self._fleet is None else self._fleet.run
         try:
-            runs = run(function, seeds, arguments, *shapes)
+            runs = run(both, which, seeds, arguments, *shapes)
         except ImportError as error:
             raise InputError(
                 f"{self.name}: expected simulate to find what it imports; {said(error)}. Install "
@@ -124,7 +125,7 @@ def python_system(
         start of a script with `if __name__ == "__main__":`, since every worker imports it.
     executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
         or a function that makes one, which is called again when one broke. workers: their number,
-        None = as it reports. A worker with other code is refused.
+        None = as it reports. Any worker with other code or globals is refused.
     lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
         ended it, with all that were under way where workers go down together; or "again", where
         machines go away independently of their runs. Claims list `WORKERS_LOST`, with how many
@@ -162,7 +163,7 @@ def python_system(
                 "Define it at the top level of a module, or pass workers=0."
             ) from None
     if executor is None and workers:
-        fleet = Fleet(name, partial(Processes, workers), workers, own=True)
+        fleet = Fleet(name, partial(Processes, workers), workers)
     named = check_points(name, points)
     black_box = name, law, domain, time, n_p, n_q, workers, named, q_labels, k_labels
     return PythonSystem(simulate, simulate_from, *black_box, fleet)

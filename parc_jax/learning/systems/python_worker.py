@@ -66,32 +66,29 @@ def failed(shape_p: tuple, shape_q: tuple, why: str) -> Call:
     return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
 
 
-def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list[Call]:
-    """Several runs, one after another."""
-    return [
-        run_one(simulate, s, a, shape_p, shape_q) for s, a in zip(seeds, arguments, strict=True)
-    ]
+def run_many(both, which: int, seeds, arguments, *shapes) -> list[Call]:
+    """Several runs of both[which], one after another."""
+    each = zip(seeds, arguments, strict=True)
+    return [run_one(both[which], seed, of_run, *shapes) for seed, of_run in each]
 
 
-def run_sent(
-    sending: str, code: str, simulate, seeds, arguments, shape_p: tuple, shape_q: tuple
-) -> list[Call] | OtherCode:
+def run_sent(sending: str, code: str, both, *runs) -> list[Call] | OtherCode:
     """`run_many`, for a process that may hold another program than the sender.
 
-    sending: unique, since dask takes equal calls for one. code: `code_of` its function, "" for any.
+    sending: unique, since dask takes equal calls for one. code: `code_of` both.
     """
-    if code and code not in _HELD:
-        _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
-    if code and _HELD[code] != code:
+    if code not in _HELD:
+        _HELD[code] = code_of(both)  # before the first run of either, which may fill caches
+    if _HELD[code] != code:
         return OtherCode(f"process {os.getpid()} on {socket.gethostname()}")
-    return run_many(simulate, seeds, arguments, shape_p, shape_q)
+    return run_many(both, *runs)
 
 
-def code_of(simulate) -> str:
-    """Digest of all that decides the numbers of a row: the function with everything that it refers
-    to, its caller, and the version of the generators.
+def code_of(both) -> str:
+    """Digest of all that decides the numbers of a row: functions with everything that they refer
+    to, their caller, and the version of the generators.
     """
-    return f"{Reader(lasting=True).digest([simulate, run_one.__code__])} numpy {np.__version__}"
+    return f"{Reader(lasting=True).digest([both, run_one.__code__])} numpy {np.__version__}"
 
 
 _HELD: dict[str, str] = {}  # code of the sender -> code here
