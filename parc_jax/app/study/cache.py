@@ -1,42 +1,20 @@
-"""A cache of compiled programs, in a private folder per jaxlib version and processor; memory that
-is free is handed back.
-"""
+"""A cache of compiled programs, in a private folder per jaxlib version and processor."""
 
 import contextlib
 import ctypes
-import functools
 import hashlib
 import os
 import platform
-import threading
-import time
 from pathlib import Path
 
 WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
-EVERY_S = 0.5  # [s] memory is handed back, in a few milliseconds,
-SHARE = 0.02  # of the time at most, where it takes longer: all other threads wait
 M_ARENA_MAX = -8  # of malloc.h: as many as eight times the cores leave hundreds of MB in holes
 
 
-@functools.cache
 def spare_memory() -> None:
-    """Have glibc, where it is the library, keep an arena per core and hand back what is free, from
-    now on: by one thread, however often a process runs commands.
-    """
+    """Have glibc, where it is the library, keep an arena per core, from now on."""
     with contextlib.suppress(OSError, AttributeError):  # no glibc
-        glibc = ctypes.CDLL(None)
-        trim = glibc.malloc_trim
-        glibc.mallopt(M_ARENA_MAX, os.cpu_count() or 1)
-
-        def hand_back() -> None:
-            pause = EVERY_S
-            while True:
-                time.sleep(pause)
-                begun = time.monotonic()
-                trim(0)
-                pause = max(EVERY_S, (time.monotonic() - begun) / SHARE)
-
-        threading.Thread(target=hand_back, daemon=True).start()
+        ctypes.CDLL(None).mallopt(M_ARENA_MAX, os.cpu_count() or 1)
 
 
 def keep_compiled() -> None:
