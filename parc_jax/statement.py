@@ -98,13 +98,18 @@ def about_points(problem: Problem) -> str:
     return f"Its footprint tells where points are on the robot: {listed(told)} m." if told else ""
 
 
+def about_measured(model: TrajectoryModel) -> str:
+    """Which of k is measured at the start; empty where nothing is."""
+    names = ", ".join(name_of(model.labels.k[i]) for i in model.given)
+    return f"Measured at the start, and not to be chosen: {names}." if names else ""
+
+
 def resting_on(asked: NominalProblem) -> list[str]:
     """What a question rests on, for the remark of its file."""
     told = [about_points(asked.problem)]
     told += [about_obstacles(asked.problem, asked.model.time)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
-    measured = ", ".join(name_of(asked.model.labels.k[i]) for i in asked.model.given)
-    told += [f"Measured at the start, and not to be chosen: {measured}."] * bool(measured)
+    told += [about_measured(asked.model)]
     told += [] if asked.pose is None else [about_pose(asked.pose, asked.told.model)]
     return [text for text in told if text]
 
@@ -282,6 +287,7 @@ def summary(answer, drawn: str) -> str:
     lines += about_open_bins(claim.premises)
     more = [
         about_obstacles(asked.problem, answer.model.time),
+        about_measured(asked.model),
         cover.ended and cover.ended.sentence,
         asked.pose and about_pose(asked.pose, asked.told.model),
         # a proof that no plan is safe says in its own sentence what it is robust to
@@ -309,12 +315,13 @@ def about_scene(pose: Pose | None, problem: Problem, model: TrajectoryModel) -> 
     """
     starts = "any p0" if pose is None else "one start"
     numbers = ", ".join(f"k[{i}] is {label}" for i, label in enumerate(model.labels.k))
+    numbers = " ".join([f"{numbers}.", about_measured(model)]).rstrip()
     where = f"{', '.join(model.labels.p)} of reference point 0 at the start"
     scene, goal = scene_of(problem_part(problem, model), starts), about_goal(problem, model)
     parts = {i for part in numbered(problem.body, model.points) for i in part.points}
     out = [name for i, name in enumerate(model.points) if i not in parts]
     beside = f" No part of it is told by {some_of(out)}: of those nothing is said." if out else ""
-    return f"It is of {scene}.{beside} {goal} Of a plan (p0, k), p0 is {where}; {numbers}."
+    return f"It is of {scene}.{beside} {goal} Of a plan (p0, k), p0 is {where}; {numbers}"
 
 
 def about_goal(problem: Problem, model: TrajectoryModel) -> str:

@@ -91,7 +91,11 @@ PREMISES = {
     "declared": (lambda: asked("declared"), "(?i)declared"),
     "tested": (of_tests, "may leave"),
     "measured": (lambda: asked(arc=Arc, **MEASURED), "(?i)measured"),
-    "measured when it begins": (lambda: asked(arc=Arc, given={"v0": "free"}), "(?i)measured"),
+    "measured when it begins": (lambda: asked(arc=Arc, given={"v0": "free"}), "Measured at"),
+    "and of which nothing is shown": (
+        lambda: asked("assumed", arc=Arc, given={"v0": "free"}),
+        "Measured at",
+    ),
 }
 # names and pictures say which plans they are of, whose sentences say what these rest on; a table of
 # a path is of one prediction, and says of its tube what it leaves out
@@ -108,6 +112,7 @@ LEFT = {
     "tested": {"path"},
     "measured": SHORT,  # of the film's one plan it is said
     "measured when it begins": {*SHORT, "film"},
+    "and of which nothing is shown": {*SHORT, "film"},
 }
 
 
@@ -142,6 +147,8 @@ def test_a_batch_says_what_its_plans_are_under_and_is_of_one_probability():
     told = repr(planner.solve_batch(two, KEY, draws=64))
     assert told.endswith(" under an assumed tube for all that is uncertain>")
     assert repr(planner.solve_batch([sure], KEY, draws=64)).endswith(" under an assumed tube>")
+    some = [sure, question(False, goal=[0.001, 0.001])]  # of neither a probability
+    assert repr(planner.solve_batch(some, KEY, draws=64)).endswith(" for all that is uncertain>")
     two[1] = question(False, **UNCERTAIN | {"sensing_eps": "0.5"})
     with pytest.raises(pj.InputError, match="with one sensing_eps; problem 1 is under another"):
         planner.solve_batch(two, KEY)

@@ -184,7 +184,8 @@ def test_what_is_measured_and_free_is_drawn_by_nobody_also_in_a_file(claim, more
         assert one.status.found and one.model.given == (0,) and one.share_of_k() == 0
         assert one.risk().reason == NOBODY and NOBODY in one.summary()
         header = pj.exchange.write_c(one, tmp_path / "measured.h").read_text()
-        assert "Measured at the start, and not to be chosen: k[0] (v0 [m/s])." in header
+        said = "Measured at the start, and not to be chosen: v0."
+        assert said in one.summary() and said in one.details() and header.count(said) == 1
         assert "measured_N_MEASURED 1" in header
     seen = []
     with pytest.MonkeyPatch.context() as patch:

@@ -293,7 +293,7 @@ def test_the_nearest_plan_leaves_what_is_measured_as_it_is(more, tmp_path):
     problem = pj.reach_avoid(goal, [block], 0.05, start=start, uncertainty=any_speed)
     answer = pj.Planner(line).solve(problem, jax.random.key(0), pj.Settings(proof=False))
     path = pj.exchange.write_c(answer, tmp_path / "line.h")
-    assert f"Measured at the start, and not to be chosen: k[1] ({line.labels.k[1]})." in " ".join(
+    assert f"Measured at the start, and not to be chosen: {name_of(line.labels.k[1])}." in " ".join(
         path.read_text().split("*/")[0].replace(" * ", "").split("\n")
     )
     header, p0, offered = Header(path), np.zeros(2), []

@@ -138,3 +138,15 @@ def test_a_picture_of_some_samples_tells_all_runs_of_all_of_them(answer):
     assert "true run that failed" in labels
     with pytest.raises(InputError, match="expected a replay of the 4 samples of this answer"):
         samples(answer, Replay(*(part[:7] for part in twice[:-1]), answer.scene))
+
+
+def test_a_title_ends_within_its_picture(answer):
+    narrow = answer.problem.replace(goal=box([4.0, -30.0, -9.0], [5.0, 30.0, 9.0]))
+    tall = bare_answer(answer.model, narrow, answer.samples)
+    tall.scene.at, once = 1, toy_replay(answer)
+    for one in (answer, tall):
+        figure = samples(one, once._replace(scene=one.scene))
+        figure.draw_without_rendering()
+        for ax in figure.axes:
+            title = ax._left_title.get_window_extent()
+            assert title.x1 <= figure.bbox.x1 and title.y1 <= figure.bbox.y1

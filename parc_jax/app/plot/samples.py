@@ -14,7 +14,7 @@ from parc_jax.common.spelling import counted
 from parc_jax.statement import told_under
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
-LETTERS = 64  # of a line of the title
+LETTERS = 64  # of a line of the title that has another beside it
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
 SHOWN_RECORDS = 4  # true runs are drawn through about this many points per model interval
 FOOTPRINTS = 9  # of the body along the first sample
@@ -49,7 +49,7 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     drawn = _in_space if len(pictures) > 1 else _in_plane
     of = "" if count == len(answer.samples) else f"{count} of "
     of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer)}"
-    return drawn(pictures, to, fill(f"{of}{pictures[0].tally()}", LETTERS))
+    return drawn(pictures, to, f"{of}{pictures[0].tally()}")
 
 
 def _in_plane(pictures: list["_Picture"], to, title: str):
@@ -66,7 +66,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
         scene.draw(left)
         scene.robot(left)
         style.limits(left, *whole)
-        left.set_title(title)
+        left.set_title(fill(title, LETTERS) if beside else title, wrap=True)
         for near in beside:
             scene.draw(near)
             scene.headings(near)
@@ -87,7 +87,7 @@ def _in_space(pictures: list["_Picture"], to, title: str):
             picture.robot(ax)
             style.limits(ax, *picture.span)
             ax.set_title(picture.view.name)
-        sheet.axes[0].set_title(f"{title}\n{pictures[0].view.name}")
+        sheet.axes[0].set_title(f"{fill(title, LETTERS)}\n{pictures[0].view.name}", wrap=True)
         _legend(sheet, pictures[0])
     return sheet.out
 

@@ -72,9 +72,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     for kind, of, array in _arrays(answer, table):
         lines += _table(kind, f"{name}_{of}", array)
     lines += [CODE.read_text().replace("NAME", name), "#endif", ""]
-    given = [f"k[{i}] ({answer.model.labels.k[i]})" for i in answer.model.given]
-    measured = [f"Measured at the start, and not to be chosen: {', '.join(given)}."] * bool(given)
-    said = "\n".join([own.details(), *measured, WARNING, *compared]).replace("*/", "* /")
+    said = "\n".join([own.details(), WARNING, *compared]).replace("*/", "* /")
     said = [f" * {line}" for part in said.split("\n") for line in _wrapped(part, LONGEST - 3)]
     text = "\n".join(lines)
     mark = f"0x{sha256(text.encode()).hexdigest()[:8]}"

@@ -299,8 +299,9 @@ def nominal_problems(
         with naming(f"problem {row} of the batch"):
             nominal.append(Query(problem, model).nominal(cache))
     for row, other in enumerate(nominal):
-        known = [one.uncertainty and one.uncertainty.sensing_eps for one in (other, nominal[0])]
-        if other.model is not nominal[0].model or known[0] != known[1]:
+        doubts = (one.uncertainty for one in (other, nominal[0]))
+        risk, first = (0 if one is None else one.sensing_eps for one in doubts)
+        if other.model is not nominal[0].model or risk != first:
             raise InputError(
                 "solve_batch: expected problems under one uncertainty of start, heading and "
                 f"parameters, with one sensing_eps; problem {row} is under another one than "
