@@ -68,9 +68,7 @@ def exact(model: TrajectoryModel, lo, hi) -> tuple[np.ndarray, np.ndarray]:
     C, d = table.maps(np.arange(table.count))
     below, above = np.full((len(lo), len(d[0])), np.inf), np.full((len(lo), len(d[0])), -np.inf)
     for r in range(table.count):
-        corners = table.points[
-            table.vertex_index[table.vertex_offsets[r] : table.vertex_offsets[r + 1]]
-        ]
+        corners = table.region_vertices(r)
         for i in np.flatnonzero(
             (lo < corners.max(axis=0)).all(axis=1) & (hi > corners.min(axis=0)).all(axis=1)
         ):

@@ -125,7 +125,7 @@ class RegionTable:
 
     @property
     def facet_offsets(self) -> np.ndarray:
-        """Offsets (r + 1,) of all entries per facet of a region: facet_index, A, b, neighbours."""
+        """Offsets (r + 1,) of all entries per facet of a region: facet_index, A, b."""
         return self.boundaries[-1][1]
 
     def face_vertices(self, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -135,16 +135,6 @@ class RegionTable:
     @cached_property
     def _region_vertices(self) -> tuple[np.ndarray, np.ndarray]:
         return self.face_vertices(self.net.n_in)
-
-    @property
-    def vertex_index(self) -> np.ndarray:
-        """Points of the regions, flat with `vertex_offsets`; computed on first use."""
-        return self._region_vertices[0]
-
-    @property
-    def vertex_offsets(self) -> np.ndarray:
-        """Offsets (r + 1,) of vertex_index."""
-        return self._region_vertices[1]
 
     @cached_property
     def _rows(self) -> np.ndarray:
@@ -194,7 +184,8 @@ class RegionTable:
     def region_vertices(self, i: int) -> np.ndarray:
         """Vertices (v, n) of region i; in two dimensions counterclockwise. Raises InputError."""
         self._require(i)
-        x = self.points[self.vertex_index[self.vertex_offsets[i] : self.vertex_offsets[i + 1]]]
+        index, offsets = self._region_vertices
+        x = self.points[index[offsets[i] : offsets[i + 1]]]
         if x.shape[1] != 2:
             return x
         from_center = x - x.mean(axis=0)
