@@ -107,8 +107,8 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
         now = digest_of(arrays, meta) if "digest" in meta else whole_digest(runs)
         if meta.get("digest", (meta.get("made_by") or {}).get("runs")) not in (None, now):
             raise InputError(
-                f"{path}: holds other rollouts than were made; expected runs, time, K, law and "
-                "labels as they were saved. To change some, load it, and save the other batch."
+                f"{path}: holds other rollouts than were made; expected the same runs, time, K, "
+                "law and labels as saved. To change some, load it, and save the other batch."
             )
         law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
         law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
