@@ -80,14 +80,14 @@ def about_obstacles(problem: Problem, time: TimeGrid) -> str:
     if not some:
         return rests
     told_for = Fraction(exact(time.dt)) * problem.told_for(time.n_steps)
-    until = f", until {rounded_down(told_for, 4)} s of it at least: nothing is said of them later"
-    until = until if told_for else ": nothing is said of them at other times"
+    until = f", until {rounded_down(told_for, 4)} s of it at least" if told_for else ""
+    whom, when = "it" if some == 1 else "some", "later" if told_for else "at other times"
     moments = [x.at for x in told if x.at is not None]
     begins = f" that begins at {float(moments[0])!r} s of a clock" if moments else ""
     return (
         f"{counted(some, 'obstacle')} of {of:,} {'is' if some == 1 else 'are'} told of for some "
         f"of the {time.n_steps} intervals of {exact(time.dt)} s of a plan{begins} "
-        f"alone{until}. {rests}"
+        f"alone{until}: of {whom} nothing is said {when}. {rests}"
     ).rstrip()
 
 

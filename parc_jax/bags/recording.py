@@ -16,10 +16,10 @@ from parc_jax.common.spelling import some_of
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
-SHOWN = 12  # topics that an error names
 WHOLE = "a complete bag (of one truncated or damaged try `mcap recover`, `ros2 bag reindex`)"
 NOTES = r"(?!.*\.(txt|md|csv|json|ya?ml|toml|log|py|orig\.active)$)"  # or of `rosbag reindex`
-UNREAD = re.compile(rf"\.(bag|mcap|db3|tar|tgz|tbz2?|txz|zip|7z|rar)(?![a-z]){NOTES}", re.I)
+PACKED = "7z|bz2|cab|gz|lz4|rar|tar|tbz2?|tgz|tlz|txz|tzst|xz|zipx?|zstd?"
+UNREAD = re.compile(rf"\.(bag|mcap|db3|({PACKED})(?![a-z])){NOTES}", re.I)
 UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no rotation at all
 
 
@@ -84,8 +84,7 @@ def heard(path: Path, topics: Sequence[str]) -> dict[str, list[Heard]]:
     with reading(path, WHOLE, Exception), reader([path], default_typestore=plain) as bag:
         listed = sorted({f"{c.topic} ({c.msgtype})" for c in bag.connections})
         if missing := {*topics} - {c.topic for c in bag.connections}:
-            more = f", and {len(listed) - SHOWN} more" if len(listed) > SHOWN else ""
-            has = f"{', '.join(listed[:SHOWN]) or 'none'}{more}"
+            has = some_of(listed or ["none"])
             raise InputError(f"{path}: expected a topic {min(missing)}; it has {has}.")
         wanted = [c for c in bag.connections if c.topic in out]
         for connection, recorded, data in bag.messages(connections=wanted):

@@ -33,7 +33,7 @@ class Span(tuple):
     said: what it rests on, a sentence, whose numbers may stand in braces, as "within {0.5} m/s":
     of many that differ in these alone one is told. mover: names whose places these are, of one that
     is told of in several parts: it goes on where a part ends and another of its name begins. One
-    that ends " from 2" is told of from that interval on, any other from the first one, 0.
+    that ends " from 2", where its first part begins, is told of from there on, others from 0.
     """
 
     dt: float | None
@@ -52,17 +52,19 @@ class Span(tuple):
 
     @property
     def told_from(self) -> int:
-        """The interval in which its mover's first part begins: before that it is nowhere."""
+        """The interval in which its mover's first part begins; 0 for a name that this belies."""
         _, said, first = self.mover.rpartition(" from ")
-        return int(first) if said and first.isdecimal() else 0
+        return int(first) if said and first.isdecimal() and int(first) <= self[0] else 0
 
     @property
     def rests_on(self) -> str:
         """`said`, or a sentence about `of`, and where it was before; empty for nothing."""
         told = "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear"
         told = f"{told} of this plan, of a loop ({self.loop})." if self.loop else self.said
-        words = f"Before interval {slot(str(self.told_from))} of a plan, counted from 0, it is "
-        return f"{told} {words}nowhere, or told of apart.".lstrip() if self.told_from else told
+        told += "." * (told[-1:] not in ".!?")  # none after no words
+        words = f"What is in the way is, before interval {slot(str(self.told_from))} of a plan, "
+        words += "counted from 0, nowhere or told of apart."
+        return f"{told} {words}".lstrip() if self.told_from else told
 
     @property
     def loop(self) -> str:

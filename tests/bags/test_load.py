@@ -410,14 +410,24 @@ def test_two_recorders_of_one_drive_are_seen_by_the_clock_of_each(tmp_path, head
 IN_FOLDERS = ["day 2/run.bag", "run/a_0.db3"]
 NOT_CLOSED = ["run.bag.active", "run.bag.part", "run.db3-wal", "run.BAG"]
 PACKED = ["run.mcap.zst", "run.bag.tar.gz", "runs.zip", "runs.tgz", "runs.tar.xz"]
-COPIES = ["run.bag.1", "run.bag~", "run.bag.bak", "run.bag_old", "run.mcap2"]
+PACKED += [f"run.{of}" for of in "tzst tlz zipx gz bz2 xz zst lz4 cab".split()]
+COPIES = [
+    "run.bag.1",
+    "run.bag~",
+    "run.bag.bak",
+    "run.bag_old",
+    "run.mcap2",
+    "run.bagA",
+    "run.BAGS",
+    "run.bagold",
+]
 
 
 @pytest.mark.parametrize("name", [*IN_FOLDERS, *NOT_CLOSED, *PACKED, *COPIES])
 def test_a_recording_in_the_folder_that_is_not_read_is_refused(tmp_path, name):
     bag(tmp_path, "mcap", "good")
     # notes, no bags, and the backup of `rosbag reindex`
-    for other in ("run.bag.txt", "run.mcap.v2.yaml", "bag.py", "a.bagel", "run.bag.orig.active"):
+    for other in ("run.bag.txt", "run.mcap.v2.yaml", "bag.py", "a.target", "run.bag.orig.active"):
         (tmp_path / other).touch()
     assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 1
     (tmp_path / name).parent.mkdir(exist_ok=True)

@@ -512,8 +512,9 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
 def test_manoeuvres_that_are_told_are_no_recordings(claim):
     """Of a claim about recordings 40 manoeuvres of one drive were told of as 40 recordings."""
     watch = monitor(derived(claim, evidence={"rows": claim.n}), NET, share=1.0).bet(False)
-    assert "Of 1 recordings and manoeuvres, " in watch.details()
-    assert repr(watch) == "<Monitor: no alarm, of 1 recordings and manoeuvres 0 left the tube>"
+    assert "Of 1 recording or manoeuvre, " in watch.details()
+    assert repr(watch) == "<Monitor: no alarm, of 1 recording or manoeuvre 0 left the tube>"
+    assert ", of 2 recordings and manoeuvres 0 left" in repr(watch.bet(False))
     assert (
         "INDEPENDENT(each that is told by `bet` is a new recording of its own)" in watch.details()
     )

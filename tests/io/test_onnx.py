@@ -195,7 +195,7 @@ def test_the_property_file_says_of_which_network_it_is_and_what_the_tube_is(aske
         assert ("no proof" in said[0] and "rounded to float32" in said[0]) != proof
         assert said[-1] == f"The tube: {asked.model.claim.details()}"
         assert "not shown" in said[-1]  # declared
-        assert any("nothing is said of them at other times" in line for line in said)  # obstacles
+        assert any("of it nothing is said at other times" in line for line in said)  # obstacles
 
 
 @pytest.mark.night

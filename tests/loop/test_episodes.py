@@ -250,7 +250,7 @@ def test_a_way_of_which_a_part_is_left_out_is_told_of_no_longer():
         assert float(one.committed.told_until) == 2 * dt
 
 
-@pytest.mark.parametrize("mover", ["", "cart", "cart from 1", "cart from 2"])
+@pytest.mark.parametrize("mover", ["", "cart", "cart from 1", "cart from 2", "bus from 42"])
 def test_of_what_is_told_of_late_alone_all_say_so(mover, tmp_path):
     """Only of one told of from 2 on is it said what was before; of a contact that is assumed."""
     far, said = [pj.box([20.0, 20.0], [21.0, 21.0])], "A cart keeps to its plan."
@@ -262,16 +262,18 @@ def test_of_what_is_told_of_late_alone_all_say_so(mover, tmp_path):
         step = loop.step([0.0] * 2, [0.1], far, lambda x: -x.path[:, -1, 0], at=0.0, spans=spans)
         return pj.drive.Outcome(True, False, {}, [step.committed], 0.4)
 
-    (one,), done, told = drive().committed, asked(drive, 3), mover.endswith(" 2")
+    (one,), done, told = drive().committed, asked(drive, 3), mover.endswith("m 2")
     assert one.told_until == (one.end if told else one.begin)
     assert ("until 0 s" in repr(one)) == (not told) == (not done.contradictions)
     assert (", of some for the first 0 s alone" in done.details()) == (not told)
     text = pj.drive.save_episode(tmp_path / "drive.json", [one]).read_text()
     assert f"for the first {1 if told else 0} s of each manoeuvre that rests on this" in text
     answer = about_obstacles(one.asked.problem, one.asked.model.time)
-    assert ("alone, until 1 s of it at least: nothing is said of them later." in answer) == told
-    assert ("alone: nothing is said of them at other times." in answer) == (not told)
-    before = "Before interval 2 of a plan, counted from 0, it is nowhere, or told of apart."
+    assert ("alone, until 1 s of it at least: of it nothing is said later." in answer) == told
+    assert ("alone: of it nothing is said at other times." in answer) == (not told)
+    where = "What is in the way is, before interval {} of a plan, counted from 0, nowhere"
+    before = f"{where.format(2)} or told of apart."
+    assert where.format(42) not in f"{text} {answer} {done.details()}"
     for words in (text, answer, done.details()):
         assert (f"{said} {before}" in words) == told and said in words
 

@@ -14,6 +14,7 @@ from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import read_npz, save_rollouts, write_atomic, write_npz
 from parc_jax.learning.runs.loaders import load_rollouts
 from parc_jax.learning.system import time_grid
+from parc_jax.learning.systems.content import whole_digest
 
 GRID = time_grid(0.25, 1.0, 0.05)
 
@@ -90,6 +91,7 @@ def test_whatever_was_edited_in_an_own_file_is_refused(batch, tmp_path):
     """Its time, law, seed or K were taken as they were found."""
     told = batch.replace(rotation=("turns",), points=("tail",))
     kept = read_npz(save_rollouts(tmp_path / "own.npz", told))
+    older = [getattr(told, name) for name in ("rows", "k", "p", "q", "groups", "lost")]
     meta = json.loads(str(kept["meta"]))
     others = {name: {"meta": np.array(json.dumps(other))} for name, other in edits(meta)}
     assert len({str(other["meta"]) for other in others.values()} - {str(kept["meta"])}) == 12
@@ -98,10 +100,14 @@ def test_whatever_was_edited_in_an_own_file_is_refused(batch, tmp_path):
         with pytest.raises(InputError, match=r"other rollouts .* load it, and save the other"):
             load_rollouts(tmp_path / f"{name}.npz")
     np.savez(tmp_path / "again.npz", **dict(reversed(kept.items())))  # in any order
-    del meta["digest"]  # as written before, with one of another rule
-    meta["made_by"] = {"runs": "of six arrays"}
-    np.savez(tmp_path / "older.npz", **kept | {"meta": np.array(json.dumps(meta))})
-    for name in ("again", "older"):
+    del meta["digest"]  # as written before, with one of the runs alone, or with none
+    for name, made_by in (("older", {"runs": whole_digest(older)}), ("oldest", None)):
+        about = {"meta": np.array(json.dumps(meta | {"made_by": made_by}))}
+        np.savez(tmp_path / f"{name}.npz", **kept | about)
+        np.savez(tmp_path / f"{name} other.npz", **kept | about | {"q": kept["q"] + 1})
+    with pytest.raises(InputError, match="holds other rollouts than were made"):
+        load_rollouts(tmp_path / "older other.npz")
+    for name in ("again", "older", "oldest"):
         assert (load_rollouts(tmp_path / f"{name}.npz").hashes() == batch.hashes()).all()
 
 

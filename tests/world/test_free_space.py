@@ -641,6 +641,14 @@ def test_only_a_length_is_a_width_below_which_nothing_stands(width):
         FreeSpace(ROOM, width)
 
 
+@pytest.mark.parametrize("width", ["0.5", np.array(0.5), np.float32(0.5)])
+def test_a_width_is_kept_as_the_number_that_was_checked(width):
+    """A text stayed one, and the union with a place raised a TypeError."""
+    free = FreeSpace(ROOM, width)
+    assert type(free.width) is float and free.add(FreeSpace(ROOM, 0.1)).width == 0.5
+    assert "0.5 m wide" in without_braces(free.obstacles()[0].rests_on)
+
+
 @pytest.mark.parametrize("name", ["region", "gone", "standing"])
 def test_each_part_of_a_free_space_is_an_area_in_metres(name):
     for area in (BOWTIE, shapely.LineString(RING), None):

@@ -142,19 +142,62 @@ def test_until_a_moment_nobody_is_an_obstacle_later():
     asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), told.obstacles, 0.1, spans=told.spans)
     law = told.said.partition("1 mover. ")[2]
     assert f"Of at most 1 at a time: {law}" in about_obstacles(asked, ROBOT)
-    assert "of a plan that begins at 0.0 s of a clock alone, until 0.4 s of it at least: noth" in (
+    assert "of a plan that begins at 0.0 s of a clock alone, until 0.4 s of it at least: of" in (
         about_obstacles(asked, ROBOT)
     )
 
 
 def test_of_what_is_told_of_from_a_later_moment_on_no_end_is_told_alone():
     """ "until 0.3 s of it at least", of which nothing was said of the first 0.1 s."""
-    early = ", until 0.3 s of it at least: nothing is said of them later."
-    for first, until in ((0, early), (1, ": nothing is said of them at other times.")):
-        spans = [pj.problem.Span((first, 2))]
-        post = pj.box([5, 5], [6, 6])
-        asked = pj.reach_avoid(pj.box([-1, -1], [1, 1]), [post], 0.1, spans=spans)
+    early = ", until 0.3 s of it at least: of it nothing is said later."
+    for first, until in ((0, early), (1, ": of it nothing is said at other times.")):
+        asked = among([pj.problem.Span((first, 2))])
         assert f"of a plan alone{until}" in about_obstacles(asked, ROBOT)
+
+
+def among(spans):
+    """A question with an obstacle far off for each span."""
+    goal, post = pj.box([-1, -1], [1, 1]), pj.box([5, 5], [6, 6])
+    return pj.reach_avoid(goal, [post] * len(spans), 0.1, spans=spans)
+
+
+@pytest.mark.parametrize("pairs", [[(1, 3)], [(5, 9)], [(1, 2), (3, 9)], [(9, 9)]])
+def test_a_name_that_its_own_spans_belie_tells_of_nothing(pairs):
+    """Of a "bus from 42" that is told of from 5 on nothing was said before: it was nowhere."""
+    for name in ("cart from 3", "bus from 42"):
+        spans = [pj.problem.Span(pair, mover=name) for pair in pairs]
+        part = any(span[0] >= 3 for span in spans) and name == "cart from 3"
+        assert among(spans).told_for(10) == 0
+        assert [x.told_from for x in spans] == [3 * (x[0] >= 3) * (name[0] == "c") for x in spans]
+        assert ("before interval" in about_obstacles(among(spans), ROBOT)) == part
+    # one that is told of before, too, and all the time
+    whole = [pj.problem.Span(pair, mover="cart from 3") for pair in ((0, 2), (3, 9))]
+    assert among(whole).told_for(10) == 10 and among(whole[1:]).told_for(10) == 10
+
+
+def test_of_a_path_that_bends_the_later_part_is_not_said_to_be_untold():
+    """Two calls of `moving`: "nothing is said of them later", of which the second one told."""
+    block, bends = pj.box([2, 2], [3, 3]), (([1, 0], (0, 1)), ([0, 1], (2, 9)))
+    told = [pj.problem.moving(block, v, when, 0.1) for v, when in bends]
+    asked = pj.reach_avoid(
+        pj.box([-1, -1], [1, 1]),
+        [part for parts, _ in told for part in parts],
+        0.1,
+        spans=[span for _, spans in told for span in spans],
+    )
+    words = "alone, until 0.2 s of it at least: of some nothing is said later. Of at most"
+    assert words in about_obstacles(asked, ROBOT)
+
+
+def test_each_sentence_about_an_obstacle_has_a_subject_and_a_full_stop():
+    """ "Of at most 1 at a time: As told Before interval 2 of a plan, ..., it is nowhere"."""
+    nowhere = "What is in the way is, before interval 2 of a plan, counted from 0, nowhere or told"
+    for said, words in (("", ""), ("As told", "As told. "), ("By {0.5} m.", "By 0.5 m. ")):
+        asked = among([pj.problem.Span((2, 9), said=said, mover="cart from 2")])
+        text = f"Of at most 1 at a time: {words}{nowhere} of apart."
+        assert about_obstacles(asked, ROBOT).endswith(f" {text}")
+    both = about_obstacles(among([pj.problem.Span((0, 1), said=x) for x in ("A", "B.")]), ROBOT)
+    assert both.endswith("Of at most 1 at a time: A. Of at most 1 at a time: B.")
 
 
 def test_the_reason_of_a_declared_tube_is_told_whole():

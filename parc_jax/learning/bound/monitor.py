@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.common.arrays import Sealed, at_least, in_chunks
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.premises import ASSUMED, MEASURED, Premises, agree, premises, text_of
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.learning.bound.calibrate import lost_among
 from parc_jax.learning.bound.claim import ErrorClaim, check_network
 from parc_jax.learning.bound.counts import RECORDINGS, RUNS, NoStatement, as_probability
@@ -100,11 +100,12 @@ class Monitor(Sealed):
         short = rounded_down if self.alarm else rounded_up
         bets = self.seen - self.failed - len(self.groups or self.ids)
         longer = bets > 0 and claim.unit != RUNS  # one of a drive is a part of a recording
+        many = claim.unit.many + " and manoeuvres" * longer
         told: dict[str, Any] = {
             "claim": claim.hash[:12],
             "rate": rounded_up(str(self.rate), DIGITS),
             "alpha": rounded_up(str(self.alpha), DIGITS),
-            "seen": f"{self.seen:,} {claim.unit.many}{' and manoeuvres' * longer}",
+            "seen": counted(self.seen, many.replace("s and", " or").removesuffix("s"), many),
             "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
             # one that rings has no less than rings, also where both are told in short

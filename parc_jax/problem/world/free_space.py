@@ -154,7 +154,7 @@ class FreeSpace:
     drift: tuple[Fraction, ...] = field(default=(Fraction(0),) * 2, repr=False)
 
     def __post_init__(self):
-        at_least(f"{CALL} width", self.width)
+        object.__setattr__(self, "width", at_least(f"{CALL} width", self.width))
         for area in (self.region, self.gone, self.standing):
             outlines.require_areas(CALL, area)
 
