@@ -13,19 +13,22 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box
 from parc_jax.learning.system import ONE_POINT, TimeGrid, Trajectory, check_points
 from parc_jax.learning.systems.content import with_digest
+from parc_jax.learning.systems.user_code import blamed
 from sims.quiet import lenient, quiet_import
 
 SAME_PLACE = 1e-9  # [m] between places that float64 kinematics may tell of one
 
 
 class Content(Mapping):
-    """Name and digest of parts, as they are at each look."""
+    """Numbers, and name and digest of other parts, as they are at each look."""
 
     def __init__(self, name: str, parts: dict[str, Any]):
         self.name, self.parts = name, parts
 
     def __getitem__(self, what: str) -> str:
         part = self.parts[what]
+        if isinstance(part, int | tuple):
+            return str(part)
         return with_digest(getattr(part, "__name__", self.name), part)
 
     def __iter__(self):
@@ -41,7 +44,7 @@ class MJXSystem:
 
     Reference points are sites, or the body that the n_p-th joint coordinate moves; p is their place
     in MuJoCo's world. Deterministic unless `start` draws something from the key. law: content of
-    all that runs, as it was built; now: as it is.
+    all that runs, as it was built and once asked; now: as it is.
     """
 
     name: str
@@ -62,9 +65,10 @@ class MJXSystem:
     now: Content = field(init=False)
 
     def __post_init__(self) -> None:
-        parts = {what: getattr(self, what) for what in ("controller", "final", "start", "model")}
+        places = "body" if self.sites is None else "sites"
+        runs = ("controller", "final", "start", "model", places)
+        parts = {what: getattr(self, what) for what in runs}
         object.__setattr__(self, "now", Content(self.name, parts))
-        object.__setattr__(self, "law", dict(self.now))
         step, dt = self.model.opt.timestep, self.time.dt_record
         if abs(dt / step - self.steps) > 1e-9 * dt / step:
             raise InputError(
@@ -72,6 +76,19 @@ class MJXSystem:
                 f"{step} s; got {dt} s."
             )
         _require_moved(self)
+        key, k = jax.random.PRNGKey(0), jnp.zeros(self.domain.n)
+        with blamed(f"{self.name}: expected functions that can be traced"):
+            jax.eval_shape(self._asked, key, k)  # some fill what they keep once they are asked
+        object.__setattr__(self, "law", dict(self.now))
+
+    def _asked(self, key: jax.Array, k: jax.Array) -> tuple:
+        """What each function says, of the start of a run."""
+        from mujoco import mjx
+
+        with lenient():
+            data = self.start(key, k, mjx.make_data(mjx.put_model(self.model)))
+            controls = self.controller(data.qpos, data.qvel, data.time, k)
+            return controls, self.final(data.qpos, data.qvel)
 
     @property
     def steps(self) -> int:
@@ -147,8 +164,8 @@ def mjx_system(
     the first ones, must move all points along the axes of the world, as slide joints or a free one
     may. points: names of sites that become the reference points, the first of which starts at the
     origin; None = the body that the n_p-th coordinate moves. q_labels, k_labels: names with units,
-    such as "speed [m/s]". The law has the content of the compiled model and of the functions.
-    Raises InputError.
+    such as "speed [m/s]". The law has the content of the compiled model, of the functions once they
+    were asked, and which places p tells. Raises InputError.
     """
     import mujoco
 

@@ -41,7 +41,7 @@ from sims.ros.stated import assumed, stated
 
 SOME = 64  # candidates for which the model's outline at the start is looked at
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
-PATH = re.compile(r"[^\W\d]\w*(\.\w+){2,}")  # of a number in a message
+PATH = re.compile(r"(header|pose|twist)(\.\w+){2,}")  # of a number in a message of a pose
 OF_BODY = re.compile(r"twist\.(?!.*\.z$).*")  # along or around axes that turn with the heading
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
@@ -251,7 +251,16 @@ class Pilot:
     @property
     def assumed(self) -> str:
         """The same in one clause."""
-        return assumed(self)
+        return assumed(self, self.premises)
+
+    @property
+    def assumed_of_plan(self) -> str:
+        """The premises of a plan in one clause: it is asked at rest, where nothing is measured."""
+        told = self.premises
+        if self._named:
+            rests = ", ".join(f"{name} = 0" for name in self._named)
+            told["measured at the start"] = f"nothing; {rests}, since it is asked at rest"
+        return assumed(self, told, straight=False)
 
     @property
     def premises(self) -> dict[str, str]:
@@ -410,11 +419,11 @@ def _require_paths(model: TrajectoryModel, named: Sequence[str], paths: Sequence
     """Raises InputError for paths of given parameters that are others than the law of the model's
     runs, or their names, tell. named: of the parameters.
     """
-    law = model.claim.law.cut
-    learned = law["given"].rpartition("pose, ")[2].split(", ") if "given" in law else named
-    for told in (learned, named):
-        each = zip(told, paths, strict=False)
-        own = [x if x in paths or PATH.fullmatch(x) else path for x, path in each]
+    law, each = model.claim.law.cut, zip(named, paths, strict=True)
+    owns = [[x if x in paths or PATH.fullmatch(x) else path for x, path in each]]
+    if "given" in law:
+        owns.insert(0, law["given"].rpartition("pose, ")[2].split(", "))
+    for own in owns:
         if own != [*paths]:
             raise InputError(
                 f"given: expected {', '.join(own)}, in this order, which the model was learned "

@@ -10,6 +10,7 @@ import numpy as np
 import tyro
 
 import parc_jax as pj
+from parc_jax.app.cli.places import require_place
 from parc_jax.common.keys import key_of
 from parc_jax.learning.systems.content import whole_digest
 from sims.dynabarn import driver, movers, plain, robot
@@ -123,6 +124,8 @@ def drive(options: Options) -> str:
     """Drive all that is left; returns a table in Markdown."""
     if options.episodes:
         return count(options)
+    require_place(options.out)
+    require_place(options.save, folder=True)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     if options.save is not None:
         options.save.mkdir(parents=True, exist_ok=True)

@@ -151,7 +151,7 @@ class PilotNode(Node):
         except ParcError as error:
             self.statement.publish(String(data=f"No plan: {error}"))
             return response
-        said = f"{answer.details()}\nAssumed: {self.pilot.assumed}."
+        said = f"{answer.details()}\nAssumed: {self.pilot.assumed_of_plan}."
         said += drawn_of(model_of(answer.scene.nominal))
         self.statement.publish(String(data=said))
         if answer.status is Status.PROVED and len(answer.samples):

@@ -70,6 +70,7 @@ def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path
     assert seen["arrived"] and seen["names"] == ["k0", "k1", "k2", "k3"]
     assert any(said.startswith("Restarted") for said in seen["statements"])
     assert "proved in exact arithmetic" in seen["proved"]
+    assert "nothing; k0 = 0, k1 = 0, since it is asked at rest" in seen["proved"]
     assert np.abs(np.array(seen["plan"])[-1] - [0.4, 0.1]).max() <= 0.1
     assert all(len(path) == 13 for path in seen["paths"])
     assert any("nothing is touched" in s and "(E) " in s for s in seen["statements"])

@@ -368,6 +368,18 @@ def test_a_plan_is_proved_from_rest(ready):
         ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
 
 
+@pytest.mark.soundness
+def test_a_plan_is_told_to_measure_nothing(ready):
+    """Its premise was that of a manoeuvre: numbers of a message that no plan is given."""
+    said = ready.assumed_of_plan
+    assert "measured at the start: nothing; k0 = 0, k1 = 0, since it is asked at rest" in said
+    assert GIVEN[0] not in said and "the heading of a pose is not asked" in said
+    same = ready.assumed.split("; measured at the start")[0]
+    assert said.startswith(same) and f"k0 is {GIVEN[0]}" in ready.assumed
+    free = Pilot(sliding.model(), 0.2, Driving(leave=0.4))
+    assert free.assumed_of_plan == free.assumed
+
+
 @pytest.mark.slow
 def test_a_node_without_ros_says_what_to_install():
     code = "import runpy; runpy.run_module('sims.ros.node', run_name='__main__')"
@@ -429,7 +441,8 @@ def test_which_numbers_of_a_message_are_measured_is_told_and_compared_with_what_
                 Pilot(
                     labelled(*(f"{x} [m/s]" for x in named)), 0.2, Driving(leave=0.4, given=given)
                 )
-    Pilot(labelled("v.x [m/s]", "v.y [m/s]"), 0.2, Driving(leave=0.4, given=GIVEN))
+    for names in (("v.x [m/s]", "v.y [m/s]"), ("base.vel.x [m/s]", "state.v.y")):
+        Pilot(labelled(*names), 0.2, Driving(leave=0.4, given=GIVEN))
     cut = ((f"{OURS}given", f"with the pose, {', '.join(GIVEN)}"),)
     law = replace(model().claim.law, parameters=cut)  # as of a bag; its labels are others
     learned = model().replace(claim=derived(model().claim, law=law))

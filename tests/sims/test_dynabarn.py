@@ -403,6 +403,8 @@ def test_worlds_share_as_many_ways_as_the_page_tells():
     ("asked", "words"),
     [
         (("dynabarn", "--worlds", "3"), "expected one of the 40"),
+        (("dynabarn", "--out", "/proc/x"), "/proc/x: cannot be written"),
+        (("dynabarn", "--save", "file"), "file is a file and no folder"),
         (("tractor.episodes", "--out", "file/yard"), "file is a file and no folder"),
     ],
 )

@@ -103,6 +103,45 @@ def test_two_models_are_two_subjects():
         replace(copied, time=pj.learning.time_grid(0.05, 1.0))
 
 
+@pytest.mark.soundness
+def test_a_copy_that_tells_other_places_is_another_subject():
+    """Its points changed places under the same names, and its law was the same."""
+    text = MODEL.replace("<geom", '<site name="l" pos="0 0.1 0"/><site name="r"/><geom')
+    one = mjx_system(text, none, DOMAIN, TIME, points=("l", "r"))
+    assert replace(one, sites=one.sites).law == one.law != replace(one, sites=one.sites[::-1]).law
+    assert one.law["sites"] == "(0, 1)"
+    arm = MODEL.replace("</body>", '<body pos="1 0 0"><geom size="0.1"/></body></body>')
+    body = mjx_system(arm, none, DOMAIN, TIME)
+    assert replace(body, body=1).law == body.law != replace(body, body=2).law
+
+
+class Lazy:
+    """Takes its weights at the first call."""
+
+    weights: np.ndarray | None = None
+
+    def __call__(self, qpos, qvel, time, k):
+        if self.weights is None:
+            self.weights = np.ones(1)
+        return self.weights * qpos[:0]
+
+
+def test_a_controller_that_fills_what_it_keeps_at_its_first_call_is_the_same_robot():
+    """It was refused when its runs were traced again, as for another number of them."""
+    system = mjx_system(MODEL, (lazy := Lazy()), DOMAIN, TIME)
+    for _ in range(2):
+        jax.eval_shape(system.rollout, jax.random.PRNGKey(0), jnp.ones(1))
+    assert mjx_system(MODEL, Lazy(), DOMAIN, TIME).law == system.law
+    lazy.weights = np.zeros(1)
+    with pytest.raises(InputError, match="as they were built; one was changed"):
+        jax.eval_shape(system.rollout, jax.random.PRNGKey(0), jnp.ones(1))
+
+
+def test_a_controller_that_cannot_be_traced_is_refused_with_its_line():
+    with pytest.raises(InputError, match=r"can be traced; it fails in .*test_mjx_system.py, line"):
+        mjx_system(MODEL, lambda q, v, t, k: q[:0] if k[0] > 0 else q[1:1], DOMAIN, TIME)
+
+
 @pytest.mark.slow  # compiles a model of its own, twice
 @pytest.mark.parametrize("what", ["model", "controller"])
 def test_what_is_changed_in_place_is_refused_also_after_runs(what):
