@@ -197,7 +197,7 @@ def test_an_answer_under_uncertainty_can_be_kept(tmp_path):
     )
     assert (again.samples == answer.samples).all()
     report = checker.check_answer(json.loads((tmp_path / "answer.json").read_text()))
-    assert report.said == [answer.scene.nominal.uncertainty.meaning]
+    assert report.said == [answer.scene.nominal.uncertainty.meaning, OF_RUNS]
 
 
 def test_the_start_set_shrinks_and_the_goal_by_what_points_do_together():
