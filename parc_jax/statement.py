@@ -2,7 +2,6 @@
 tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
-from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -104,18 +103,16 @@ def about_measured(model: TrajectoryModel) -> str:
     return f"Measured at the start, and not to be chosen: {names}." if names else ""
 
 
-def resting_on(asked: NominalProblem) -> list[str]:
-    """What a question rests on, for the remark of its file."""
-    told = [about_points(asked.problem)]
-    told += [about_obstacles(asked.problem, asked.model.time)]
+def resting_on(asked: NominalProblem, world: bool = False) -> list[str]:
+    """What a question rests on, for the remark of its file. world: all is told in its frame."""
+    told = [about_points(asked.problem), about_obstacles(asked.problem, asked.model.time)]
     told += [] if asked.uncertainty is None else [asked.uncertainty.meaning]
-    told += [about_measured(asked.model)]
-    told += [] if asked.pose is None else [about_pose(asked.pose, asked.told.model)]
+    told += [about_measured(asked.model), about_pose(asked.pose, asked.told.model, world)]
     return [text for text in told if text]
 
 
-def about_pose(pose: tuple[Iterable[float], float | None] | None, model: TrajectoryModel) -> str:
-    """The pose from which all plans of the answer start; None where that is anywhere."""
+def about_pose(pose: Pose | None, model: TrajectoryModel, world: bool = False) -> str:
+    """The pose from which all plans start, None for any. world: all is told in its frame."""
     if pose is None:
         return "All plans start with the heading of the model's runs."
     place, heading = pose
@@ -125,10 +122,11 @@ def about_pose(pose: tuple[Iterable[float], float | None] | None, model: Traject
     words = zip(model.labels.q, model.rotation or (), strict=False)
     turn = some_of([name_of(label) for label, word in words if word == TURNS] or ["none"])
     goal = f", and of its goal states {turn}," if model.n_q else ""
+    frame = "Scene, plans and certificates are told in the robot's frame: its start is the origin, "
+    frame = "" if world else f"{frame}its heading 0. "
     return (
-        f"Here: all plans start at ({where}) m with heading {exact(heading)} rad. Scene, plans and "
-        "certificates are told in the robot's frame: its start is the origin, its heading 0. "
-        f"That a run turns with its heading{goal} is declared by the system."
+        f"Here: all plans start at ({where}) m with heading {exact(heading)} rad. {frame}That a "
+        f"run turns with its heading{goal} is declared by the system."
     )
 
 
@@ -289,7 +287,7 @@ def summary(answer, drawn: str) -> str:
         about_obstacles(asked.problem, answer.model.time),
         about_measured(asked.model),
         cover.ended and cover.ended.sentence,
-        asked.pose and about_pose(asked.pose, asked.told.model),
+        about_pose(asked.pose, asked.told.model),
         # a proof that no plan is safe says in its own sentence what it is robust to
         doubt and answer.status.found and f"Robust to: {doubt.words}.",
         doubt and not (answer.status.found or answer.absence) and doubt.meaning,

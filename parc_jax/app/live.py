@@ -38,7 +38,7 @@ from parc_jax.safe_set.corridors.first import MOST, preferred
 from parc_jax.safe_set.corridors.sampling import ends_from, ends_of
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
-from parc_jax.safe_set.verdict.scene import Scene, padded, pruned_scene, scene_of, size_class
+from parc_jax.safe_set.verdict.scene import Scene, lowered, padded, pruned_scene, size_class
 from parc_jax.safe_set.verdict.screen import screen
 
 HASTE = 0.03  # [s] after which no more plans are looked for while something is dragged
@@ -121,13 +121,12 @@ class Live:
             self._heading = float(at[n_p]) if len(at) > n_p else 0.0
             self.grips["start"] = Grip(None, at[:n_p], at[:n_p], _turn(self._heading, n_p))
         self.pose_size = None if at is None else len(at)
-        nominal = self._nominal()
-        whole = scene_of(nominal.problem, nominal.model)
-        self._last = np.zeros((0, nominal.model.n_k + n_p))  # shares of what was drawn
-        shapes_ = [part.shape for part in nominal.problem.parts]
+        whole = lowered(self._nominal())
+        self._last = np.zeros((0, whole.model.n_k + n_p))  # shares of what was drawn
+        shapes_ = [part.shape for part in whole.problem.parts]
         own = max(0 if isinstance(s, Disc) else len(s.vertices) for s in shapes_)
         # rows of an obstacle, and of a box that it is turned against and grown by
-        rows = max((len(o.b) for o in nominal.problem.obstacles), default=0) + 2 * n_p
+        rows = max((len(o.b) for o in whole.problem.obstacles), default=0) + 2 * n_p
         corners = rows + own if n_p == 2 else (2 * rows - 4) * max(own, 1)
         # one size for every place of everything: nothing compiles while something is dragged
         self._size = size_class(len(whole.obstacles.active)), size_class(corners, 2**n_p)
@@ -180,9 +179,9 @@ class Live:
     def _nominal(self):
         return query(self.problem, self.model, self.at).nominal(self.planner._robust_models)
 
-    def scene(self) -> Scene:
+    def scene(self, made=pruned_scene) -> Scene:
         """As it was dragged, of the part of K asked for, always of one size. Raises InputError."""
-        scene = padded(pruned_scene(self._nominal()), *self._size)
+        scene = padded(made(self._nominal()), *self._size)
         axes = self.chosen  # where some are given the others have other columns
         lo, hi = self.k[:, axes]
         lo, hi = np.maximum(lo, scene.k_lo), np.minimum(hi, scene.k_hi)
@@ -203,7 +202,8 @@ class Live:
         """Safe plans, each verified in float64: those of before where they still are, others near
         them, and new ones. scene: by default as it was dragged. Raises InputError.
         """
-        begin, scene = time.perf_counter(), scene or self.scene()
+        # of pruned obstacles is known how far they are at least, not which plan is roomiest
+        begin, scene = time.perf_counter(), scene or self.scene(lowered)
         model = scene.model
         near = self._last + NEAR * self._rng.standard_normal((2, *self._last.shape))
         fresh = self._rng.uniform(0, 1, (PROPOSED, model.n_k + model.n_p))
@@ -229,7 +229,7 @@ class Live:
 
     def settle(self) -> tuple[Answer | None, Why | None]:
         """A set, in about a second, not proved; why there is none, or few. Raises InputError."""
-        drawn, asked, why = self.draw(), SOON, None
+        drawn, asked, why = self.draw(self.scene()), SOON, None
         if not len(drawn.plans):  # rarer than draws find: a climb looks for one
             why = why_of(drawn.scene)
             if why.missing > 0:

@@ -112,9 +112,13 @@ class Page:
 
     def _prove(self, event) -> None:
         note = event.client.add_notification("proving", "in exact arithmetic", loading=True)
-        text = json.dumps(answer_data(self.live.proved()), separators=(",", ":"))
-        note.remove()
-        event.client.send_file_download("answer.json", text.encode())
+        try:
+            text = json.dumps(answer_data(self.live.proved()), separators=(",", ":"))
+            event.client.send_file_download("answer.json", text.encode())
+        except InputError as error:
+            event.client.add_notification("not proved", str(error))
+        finally:
+            note.remove()
 
     def _scene(self) -> None:
         live, scene, n_p = self.live, self.server.scene, self.live.model.n_p
@@ -142,7 +146,7 @@ class Page:
             position=_in_space(grip.place),
             wxyz=self._rotation.from_matrix(_in_space(grip.turn)).wxyz,
             active_axes=(grip.free, grip.free, grip.free and n_p == 3),
-            disable_rotations=grip.whole is None and self.live.pose_size == n_p,
+            disable_rotations=name == "start" and self.live.pose_size != n_p + 1,  # no heading
             depth_test=False,
         )
         colour = COLOURS.get(name, OBSTACLE)
@@ -264,7 +268,7 @@ def about_set(answer: Answer) -> list[str]:
         lines.append(f"**{least} to {most} %** of {of}{',' * (',' in of)} are safe{doubt}, {sure}")
     corridors = counted(len(answer.corridors), "corridor")
     lines.append(f"{corridors}: {about_coverage(answer.coverage, set_of(answer, 'the safe ones'))}")
-    return [*lines, f"the tube is {in_short(claim)}", *resting_on(scene.nominal)]
+    return [*lines, f"the tube is {in_short(claim)}", *resting_on(scene.nominal, world=True)]
 
 
 def _in_space(x: np.ndarray) -> np.ndarray:

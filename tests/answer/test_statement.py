@@ -148,6 +148,7 @@ def test_the_summary_is_short_and_names_every_assumption():
     for one in (found(), nothing(), answer(wall=True)):
         lines = one.summary().split("\n")
         assert len(lines) <= 15 and lines[0].startswith("Answer for")
+        assert "All plans start with the heading of the model's runs." in lines
         names = [entry.name for entry in one.model.claim.premises if entry.standing == ASSUMED]
         assert lines[-1].startswith(f"Holds if ({len(names)} assumption")
         names = ["LAW" if name == "law" else name for name in names]

@@ -214,7 +214,10 @@ def test_the_sentence_has_its_numbers_and_its_limits(answer, tmp_path):
     validation = answer.validation
     validated, step = validation.answer, validation.steps[-1]
     said = validation.details()
-    assert said in answer.details() and "(V) With confidence 0.9, a plan drawn uniformly" in said
+    assert (
+        validation.sentence in answer.details()
+        and "(V) With confidence 0.9, a plan drawn uniformly" in said
+    )
     lasts = f"in its {exact(answer.model.time.t_f)} s"
     assert f"touches something {lasts}, or does not return" in said
     assert f" fails {lasts} with probability at most" in answer.summary()

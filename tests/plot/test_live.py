@@ -75,6 +75,21 @@ def test_every_plan_that_is_drawn_is_safe_where_things_are_and_nothing_compiles(
         assert np.allclose(np.minimum(verdict.clearance, 9), np.minimum(clearance, 9), atol=0.3)
 
 
+@pytest.mark.parametrize("where", [(3.5, 3.5), (5.0, 0.0), (6.0, 6.0)])
+def test_the_roomiest_plan_comes_first_however_far_obstacles_are(where):
+    """All had the bound from below by which an obstacle is left out, a tenth of the way to it."""
+    problem = pj.reach_avoid(
+        GOAL, [pj.box(np.subtract(where, 0.1), np.add(where, 0.1))], 0.1, START
+    )
+    far = Live(line_model(e=0.01, half=2.5), problem)
+    far.warm_up()
+    drawn: list = []
+    assert compiled_by(lambda: drawn.append(far.draw())) == 0
+    true = verdicts(scene_of(problem, far.model), *np.split(drawn[0].plans, [2], axis=1)).clearance
+    assert np.ptp(true) > 0.1 and (np.diff(true) <= 0).all()
+    assert np.allclose(true, drawn[0].clearance)
+
+
 def test_what_is_dragged_is_the_set_moved_and_turned():
     dragged = Live(line_model(half=2.5), pj.reach_avoid(GOAL, [POLYGON], 0.05))
     rng, angle = np.random.default_rng(1), 0.7
@@ -385,6 +400,9 @@ def test_a_pose_is_dragged_and_turned():
     assert alone.at == pytest.approx([0.0, 0.0, 0.5])
     alone.move("start", [0.3, 0.2], 1.0)
     drawn = alone.draw()
+    told_beside = about_set(alone.settle()[0])[-1]  # all that is drawn and told is in the world
+    assert "start at (0.3, 0.2) m with heading 1" in told_beside and "frame" not in told_beside
+    assert "its heading, and of its goal states" in told_beside
     corners, _, way = swept(drawn.scene, drawn.plans)
     assert len(drawn.plans) and np.allclose(way[:, 0], [0.3, 0.2, 0.0])
     ends = drawn.plans[:, 2:] @ np.array([[np.cos(1), np.sin(1)], [-np.sin(1), np.cos(1)]])
@@ -444,13 +462,43 @@ def clear(drawn):
     return drawn._replace(clearance=np.full(len(drawn.plans), np.inf))
 
 
-def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog):
-    """The last ones, of what had been safe before, stood there until the page was closed."""
-    server, model = MagicMock(), line_model(e=0.01, half=2.5)
+@pytest.fixture
+def server(monkeypatch):
+    """Of a page without a browser."""
+    server = MagicMock()
     server.gui.add_markdown.side_effect = [Told(), Told()]
     server.gui.add_checkbox.return_value.value = False
     viser = MagicMock(ViserServer=lambda *_, **__: server)
     monkeypatch.setattr(live_page, "package", lambda *_: viser)
+    return server
+
+
+@pytest.mark.parametrize("at", [None, (0.0, 0.0), (0.0, 0.0, 0.1)])
+def test_a_start_turns_where_it_has_a_heading_alone(at, server):
+    """A box of starts was turned like a robot, whose plans and shares stayed as they were."""
+    start = START if at is None else None
+    model = told(line_model(e=0.01, half=2.5), rotation=("turns",))
+    live(model, pj.reach_avoid(GOAL, [POLYGON], 0.05, start), at, wait=False).stop()
+    made = server.scene.add_transform_controls.call_args_list
+    fixed = {one.args[0]: one.kwargs["disable_rotations"] for one in made}
+    assert fixed == {"/goal": False, "/obstacle 0": False, "/start": at is None or len(at) == 2}
+
+
+def test_a_proof_that_is_refused_says_why(server):
+    """Its note said for ever that it was being proved."""
+    page = live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, [], 0.05, START), wait=False)
+    page.stop()
+    page.live.off["pose"] = 5.0
+    client = MagicMock()
+    page._prove(SimpleNamespace(client=client))
+    assert client.add_notification.return_value.remove.called
+    assert "uncertainty" in client.add_notification.call_args.args[1]
+    assert not client.send_file_download.called
+
+
+def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog, server):
+    """The last ones, of what had been safe before, stood there until the page was closed."""
+    model = line_model(e=0.01, half=2.5)
     page = live(model, pj.reach_avoid(GOAL, [*BLOCKS, POLYGON], 0.05, START), wait=False)
 
     def until(words: str) -> str:
@@ -465,7 +513,7 @@ def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog)
     assert "m clear; lines are of one possible run" in until("possible run")
     page.live.off["pose"] = 0.0
     with monkeypatch.context() as bare:
-        bare.setattr(page.live, "draw", lambda draw=page.live.draw: clear(draw()))
+        bare.setattr(page.live, "draw", lambda *of, draw=page.live.draw: clear(draw(*of)))
         page.move("obstacle 0", [0.6, -0.7])
         assert " ms, nothing near\n" in until("nothing near")
     for broken in ("settle", "draw"):
@@ -486,12 +534,13 @@ def test_an_error_of_any_kind_takes_words_and_plans_with_it(monkeypatch, caplog)
 def test_the_words_beside_a_set_say_of_which_k_how_surely_and_what_is_assumed():
     dragged = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, BLOCKS, 0.1, START))
     answer, _ = dragged.settle()
-    first, *_, last = about_set(answer)
+    first, *_, tube, of_runs = about_set(answer)
     share = answer.share
     assert f"**{rounded_down(100 * share.at_least, 3)} to " in first
     assert "whatever else the goal asks" in first  # it is of these plans alone
     assert first.endswith(f"are safe, confidence {rounded_down(str(share.confidence), 10)}")
-    assert last == f"the tube is {answer.model.claim.kind}, not shown"
+    assert tube == f"the tube is {answer.model.claim.kind}, not shown"
+    assert of_runs == "All plans start with the heading of the model's runs."  # not as it is turned
     at, _ = Live(line_model(e=0.01, half=2.5), pj.reach_avoid(GOAL, [], 0.1), (0, 0)).settle()
     assert "%** of all k in K are safe, confidence" in about_set(at)[0]
     span = Span((1, 2), said="That it is there rests on a promise")

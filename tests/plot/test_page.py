@@ -135,7 +135,8 @@ def test_the_page_has_what_its_question_rests_on(loaded):
     """
     data = page_data(loaded)
     assert data["at"] is None and not data["doubt"]
-    assert data["about"] == [] and data["absence"] == ""
+    of_runs = "All plans start with the heading of the model's runs."
+    assert data["about"] == [of_runs] and data["absence"] == ""
     asked = loaded.scene.nominal
     known = Robustness("k0 = 0.5 (measured)", Fraction(0), (2, 1), 2.0, False)
     at = replace(asked, at=np.array([-0.9, -0.05]), uncertainty=known)
@@ -143,7 +144,11 @@ def test_the_page_has_what_its_question_rests_on(loaded):
     at = replace(at, problem=replace(asked.problem, spans=spans))
     data = page_data(replace(loaded, scene=replace(loaded.scene, nominal=at)))
     assert data["at"] == [-0.9, -0.05] and data["doubt"]
-    told, safe = data["about"]
-    assert "a plan that begins at 3.0 s of a clock" in told and "k0 = 0.5 (measured)" in safe
+    told, safe, start = data["about"]
+    assert (
+        start == of_runs
+        and "a plan that begins at 3.0 s of a clock" in told
+        and "k0 = 0.5 (measured)" in safe
+    )
     none = NoPlan(PROVED, Fraction(1), Fraction(0), Fraction(1), uncertainty=known, box="N")
     assert page_data(replace(loaded, absence=none))["absence"] == none.details()

@@ -37,6 +37,7 @@ SMALL = Settings(samples=12, target=0.2, budget_s=300)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 UNCERTAINTY = Uncertainty(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
+OF_RUNS = "All plans start with the heading of the model's runs."
 
 
 def test_robust_models_that_are_kept_are_of_the_model_that_is_asked():
@@ -197,7 +198,7 @@ def test_an_answer_under_uncertainty_can_be_kept(tmp_path):
     )
     assert (again.samples == answer.samples).all()
     report = checker.check_answer(json.loads((tmp_path / "answer.json").read_text()))
-    assert report.said == [answer.scene.nominal.uncertainty.meaning]
+    assert report.said == [answer.scene.nominal.uncertainty.meaning, OF_RUNS]
 
 
 def test_the_start_set_shrinks_and_the_goal_by_what_points_do_together():
