@@ -111,7 +111,7 @@ COMMITMENTS = {
     "begin": lambda one: one.begin + 1,
     "end": lambda one: one.end + 1,
     "k": lambda one: one.k + 1e-3,
-    "clearance": lambda one: one.clearance + 1,
+    "clearance": lambda one: 0.125,
     "asked": lambda one: step_of(OTHER_LOOP).committed.asked,
     "drift": lambda one: 0.25,
     "drifted": lambda one: 0.25,
