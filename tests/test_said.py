@@ -80,8 +80,8 @@ def test_many_episodes_in_free_space_are_told_in_few_words(rng):
             free = free.drifted((1.0, 1.0), off, by)
             scene = pj.reach_avoid(pj.box([0, 0], [1, 1]), free.obstacles(), 0.1)
             told.append((scene.rests_on, dict.fromkeys(scene.rests_on, 1)))
-        kept = [*map(dict, most_and_often(told))]
-        driven.append(Driven(number, False, False, "", {}, ["a loop"], None, False, *kept, 30))
+        kept = [*map(dict, most_and_often(told)), ["one"] * 30]
+        driven.append(Driven(number, False, False, "", {}, ["a loop"], None, False, *kept))
     said = about_loops(driven)
     assert len(said) < 1500 and said.count("at a time") == 1
     (moved,) = re.findall(r"drifts by (\S+) to (\S+) m, it turns", said)

@@ -76,6 +76,12 @@ def test_beside_a_robot_that_left_its_tube_no_plan_is_tested(chosen):
     assert one.looks.taken == 0
 
 
+def test_a_choice_and_what_is_near_it_are_printed_in_a_few_lines(chosen, near):
+    """It took 130 lines of arrays."""
+    for one in (chosen, near, replace(chosen, near=near)):
+        assert repr(one).count("\n") < 3 and len(repr(one)) < 1000
+
+
 @pytest.mark.slow
 def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     fresh = toy.answer().choose()

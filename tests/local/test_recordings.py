@@ -206,6 +206,20 @@ def test_of_one_start_the_sentence_names_it_and_tells_of_no_drawn_ones(model, tm
     assert "from this start, fails" in found.answer.summary()
 
 
+def test_of_recordings_of_several_runs_it_is_said_that_one_is_drawn_from_each(model, tmp_path):
+    """Of recordings of 8 runs, of which 1 in 25 goes astray, 1 in 4 has such a plan that fails."""
+    runs = recorded(N, 18, windows=4, named="drive ")
+    found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=Validate(runs, RISK, DELTA))
+    wide, one = found.validation.answer, "(k as logged, runs = one drawn from each recording; "
+    path = wide.save(tmp_path / "validated.json")
+    again = load_answer(path)
+    printed = [line for line in summary(check_answer(load(path))) if " law: " in line]
+    for said in (found.validation.details(), again.details(), *printed, found.summary()):
+        assert one in said
+    assert len(printed) == 1 and again.model.claim.law.cut == runs.law.cut
+    assert not trials.one_of_each(model, recorded(N, 18), np.random.default_rng(0)).law.parameters
+
+
 def test_a_model_of_a_log_keeps_its_recordings_and_plans_by_them(model, tmp_path):
     again = pj.load(model.save(tmp_path / "model.npz"))
     assert np.array_equal(again.held.hashes(), recorded(N, 2).hashes())

@@ -504,7 +504,7 @@ def test_of_a_set_without_volume_it_is_said_that_no_draw_met_it():
         assert found.validation.answer is None and "No set was validated: no draw met" in (
             found.details() if found.status.found else found.validation.details()
         )
-    assert found.share is None and "Validated: no set." in found.summary()
+    assert found.share is None and "(V) No set was validated: no draw" in found.summary()
 
 
 def test_of_a_place_that_a_search_found_the_share_is_told_as_one_of_all():

@@ -549,6 +549,33 @@ def test_a_drive_that_does_not_draw_from_its_seed_ends_early_and_is_told_why():
     assert drive.driven == 2
 
 
+@pytest.mark.parametrize("of", ["begin", "k", "pose", "clearance"])
+@pytest.mark.parametrize("seeded", [True, False])
+def test_how_manoeuvres_began_is_of_what_another_drive_may_tell_otherwise(of, seeded, tmp_path):
+    """Of drives that differed in k and poses alone no randomness was seen."""
+    loop = loop_of(0.01)
+
+    def drive(world, seed):
+        draw = np.random.default_rng(seed if seeded else None).uniform()
+        loop.restart()
+        pose, at = [draw * (of == "pose"), 0.0], draw * (of == "begin")
+        far = pj.box([20.0 + draw * (of == "clearance"), 20.0], [22.0, 22.0])
+        given = [0.1 + 0.1 * draw * (of == "k")]
+        step = loop.step(pose, given, [far], lambda seen: -seen.path[:, -1, 0], at=at)
+        return pj.drive.Outcome(False, False, {}, [step.committed])
+
+    options = {"folder": tmp_path, "looks": (2, 3)}
+    done = asked(drive, 2, **options)
+    same = "1 driven again, the same; the first, by another seed, otherwise"
+    other = "1 driven again, the same but for manoeuvres; the first, by another seed, the same but"
+    assert done.again.startswith(same if seeded else other)
+    assert asked(drive, 3, **options).driven[:2] == done.driven
+    about = json.loads((tmp_path / ABOUT).read_text())
+    (tmp_path / ABOUT).write_text(json.dumps(about | {"format": "parc_jax.episodes/6"}))
+    with pytest.raises(InputError, match="holds other work; expected the same format"):
+        asked(drive, 3, **options)
+
+
 class FromFile:
     """Its policy is a number in a file, read where it drives."""
 

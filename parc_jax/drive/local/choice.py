@@ -89,8 +89,8 @@ class Choice(Sealed):
 
     plan: np.ndarray
     value: float
-    scene: Scene
-    looks: Looks
+    scene: Scene = field(repr=False)
+    looks: Looks = field(repr=False)
     tested: FreshRuns | None = None
     near: Near | None = None
     unchecked: str = ""

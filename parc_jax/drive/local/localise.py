@@ -4,7 +4,7 @@ Fresh runs on the box, a small network, and an error bound about the box alone.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -85,14 +85,14 @@ class Near:
     under the local tube, or None. of: the plan that was chosen.
     """
 
-    model: TrajectoryModel
+    model: TrajectoryModel = field(repr=False)
     look: Look
     share: Fraction
     at_end: float
     on_the_way: float
-    answer: Answer | None = None
-    proved: SafeBox | None = None
-    of: Driven | None = None
+    answer: Answer | None = field(default=None, repr=False)
+    proved: SafeBox | None = field(default=None, repr=False)
+    of: Driven | None = field(default=None, repr=False)
 
     def around(self, p0: np.ndarray, k: np.ndarray) -> "Near":
         """With the proved box around the plan p0 (n_p,), k (n_k,)."""

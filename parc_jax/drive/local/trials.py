@@ -21,7 +21,7 @@ from parc_jax.learning.bound.start_gap import ALIKE, StartTrial, invariances, of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import stream_rollouts
-from parc_jax.learning.runs.law import logged_on
+from parc_jax.learning.runs.law import OF_EACH, logged_on
 from parc_jax.learning.system import System
 from parc_jax.safe_set.corridors.safe_plans import SafePlans
 from parc_jax.safe_set.verdict.outcomes import reached_and_touched
@@ -114,8 +114,8 @@ def ledger_of_tests(
 def one_of_each(
     model: TrajectoryModel, runs: RolloutBatch, rng: np.random.Generator
 ) -> RolloutBatch:
-    """A run of each recording, drawn at random, of runs of the robot of this model that its
-    training has not seen. Raises InputError.
+    """A run of each recording, drawn at random, as its law says where some have several, of runs of
+    the robot of this model that its training has not seen. Raises InputError.
     """
     # recordings state neither robot nor rotation, and none are taken whose k was measured
     about, free = replace(model.claim.subject, given=()), ("K", "system", "rotation")
@@ -139,7 +139,9 @@ def one_of_each(
     _require_unseen(model.claim, runs)
     groups = np.arange(runs.n) if runs.groups is None else runs.groups
     order = rng.permutation(runs.n)
-    return runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
+    one = runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
+    law = replace(runs.law, parameters=tuple(sorted({*runs.law.parameters, OF_EACH})))
+    return one if one.n == runs.n else one.replace(law=law)
 
 
 def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:

@@ -134,7 +134,7 @@ class Validation:
     def summary(self) -> str:
         """The sentence (V) in short."""
         if self.answer is None:
-            return "Validated: no set."
+            return self.sentence
         found, claim = self.answer, self.answer.model.claim
         p, share, held = claim.premises, found.share, found.coverage
         at_least = Fraction(share.at_least) * Fraction(held.at_least)

@@ -21,7 +21,7 @@ from parc_jax.learning.runs.chunks import cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 
-FORMAT = "parc_jax.episodes/6"
+FORMAT = "parc_jax.episodes/7"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 EACH = 100  # of so many episodes one is driven again
 OTHER = 2**64  # a number that no episode has: of the first world another drive

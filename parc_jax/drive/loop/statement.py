@@ -53,7 +53,7 @@ def about_loops(driven: Sequence[Driven]) -> str:
     short = [one.told_for for one in driven if one.loops and one.told_for is not None]
     first = f", of some for the first {rounded_down(min(short))} s alone" if short else ""
     most, told = most_and_often((one.rests_on, one.told_in) for one in driven)
-    rests = f" {about_said(most, told, sum(one.manoeuvres for one in driven))}" if most else ""
+    rests = f" {about_said(most, told, sum(len(one.manoeuvres) for one in driven))}" if most else ""
     drifted = max(one.drifted for one in driven)
     rests += f" Of each episode is assumed: {about_drift(drifted)}." if drifted else ""
     return (

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, is_text
 from parc_jax.common.said import most_and_often
 from parc_jax.learning.systems.fleet import Processes
@@ -42,7 +43,7 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `most_and_often`, of so many manoeuvres. drifted: [m] all that loops were told of.
+    `most_and_often`. manoeuvres: each by content. drifted: [m] all that loops were told of.
     """
 
     number: int
@@ -55,7 +56,7 @@ class Driven(NamedTuple):
     told_then: bool = False
     rests_on: Mapping[str, int] = {}
     told_in: Mapping[str, int] = {}
-    manoeuvres: int = 0
+    manoeuvres: Sequence[str] = []
     drifted: float = 0.0
 
     @property
@@ -89,8 +90,7 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         touched, left, told, committed, at = outcome
         kind = bool | np.bool_
         words = isinstance(left, str) and left.strip() and is_text(left)
-        told_left = isinstance(left, kind | None) or words
-        if not isinstance(touched, kind) or not told_left:
+        if not isinstance(touched, kind) or not (words or isinstance(left, kind | None)):
             raise InputError(
                 f"Outcome: expected touched True or False, and left too, None or a text; got "
                 f"{touched!r:.40} and {left!r:.40}."
@@ -112,19 +112,19 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         seen = any(one.episode.outside or one.others_left for one in committed)
         left = seen or (left if isinstance(left, str | None) else bool(left))
         loops = sorted({one.loop for one in committed})
-        short = [one.told_until - one.begin for one in committed if one.told_until < one.end]
-        least = float(min(short)) if short else None
+        short = (float(x.told_until - x.begin) for x in committed if x.told_until < x.end)
         at = -np.inf if at is None else float(at)
         under_way = {id(x.episode): x for x in committed if x.begin <= at}  # one of each robot
         last = max((x.begin for x in under_way.values()), default=0)
         # a robot that has begun anew since has another one under way
         under_way = {i: x for i, x in under_way.items() if x.episode or x.end > last}
         told_then = bool(under_way) and all(at < x.told_until for x in under_way.values())
-        rests = most_and_often(
-            (x := one.asked.problem.rests_on, dict.fromkeys(x, 1)) for one in committed
-        )
+        told_of = (one.asked.problem.rests_on for one in committed)
+        rests = most_and_often((x, dict.fromkeys(x, 1)) for x in told_of)
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
-        found = loops, least, told_then, *map(dict, rests), len(committed), drifted
+        poses = ((one, one.asked.pose) for one in committed)  # of several robots, in any order
+        begun = sorted(hash_of([repr(x), at.place.tolist(), at.heading]) for x, at in poses)
+        found = loops, min(short, default=None), told_then, *map(dict, rests), begun, drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
     except (Exception, SystemExit) as error:
         where = f"in {place}: " if (place := own_place(error)) else ""
