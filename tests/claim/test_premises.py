@@ -180,6 +180,7 @@ BESIDE = {
     ("app/files/answer_file.py", "evidence"),
     ("app/plot/film.py", "evidence"),
     ("app/study/report.py", "evidence"),
+    ("app/study/job.py", "assumptions"),  # which of a test are its own
     ("drive/local/choice.py", "assumptions"),
     ("drive/local/localise.py", "assumptions"),
     ("drive/local/nested.py", "evidence"),
