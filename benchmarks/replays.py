@@ -39,7 +39,7 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
     runs, inside = _executed(system, scene, plans, key, quiet=True)
     scene = unpruned_scene(scene)
     reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
-    _refuse_contradictions(plans, inside & (touched | ~reached))
+    _refuse_contradictions(scene, plans, inside & (touched | ~reached))
     return {
         "plans": len(plans),
         "reached": int(reached.sum()),

@@ -49,12 +49,13 @@ class Recorded(NamedTuple):
 
     def details(self) -> str:
         """One sentence."""
-        n = self.counts()
+        n, inside = self.counts(), int((self.runs.inside & self.runs.failed).sum())
         return (
             f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
             f"that is shown to be safe; of {n['replays']:,} replays from such starts "
             f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
-            f"{n['touched']:,} touched an obstacle; none that stayed in the tube failed."
+            f"{n['touched']:,} touched an obstacle; {inside or 'none'} that stayed in the tube "
+            "failed."
             f" The runs are of {self.law.describe()}."
             + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
             + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
@@ -67,7 +68,7 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     each; None where no run has one.
 
     Raises InputError for an answer under uncertainty, or runs on another time grid or of other
-    points; SoundnessError when a run that stays in the tube misses the goal or touches an obstacle.
+    points; SoundnessError when a proof and a run that stays in the tube disagree.
     """
     if answer.scene.nominal.uncertainty is not None:
         raise InputError(

@@ -168,6 +168,9 @@ def test_coordinates_are_named_by_label_name_or_number_each_once():
     for named in (("é", "speed"), (np.str_("é"), 0), (2, np.int64(0)), ["é", "speed [m/s]"]):
         axes = axes_of(named, words)
         assert axes == (2, 0) and all(type(axis) is int for axis in axes)
+    assert axes_of(["turn (rad/s)", "speed (m/s)"], words) == (1, 0)
+    for named in (("speed [km/h]",), ("é [m]",), ("speed [m/s]", "speed")):
+        assert axes_of(named, words) is None
     for named in (("speed", 0), (np.int64(0), 0), (True,), (1.0,), (3,), (-1,), "speed", (None,)):
         assert axes_of(named, words) is None
 

@@ -131,6 +131,13 @@ def test_a_new_label_is_of_the_same_column_in_its_unit(part, words):
     assert named.with_labels({"k": ("v [m/s]", "steer [rad]")}).labels.k[0] == "v [m/s]"
 
 
+def test_a_model_is_asked_for_by_the_name_of_its_system(tmp_path):
+    path = small().save(tmp_path / "model.npz")
+    assert pj.load(path, system=small().system).claim.hash == small().claim.hash
+    with pytest.raises(pj.InputError, match="load: system, the name of one: expected str"):
+        pj.load(path, system=small())
+
+
 ODD = {
     "eps": "1/10x",
     "delta": "1/0",

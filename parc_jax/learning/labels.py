@@ -157,11 +157,10 @@ def require_unit(label: str, unit: str) -> None:
 
 def axes_of(words: Iterable, labels: Sequence[str]) -> tuple[int, ...] | None:
     """Indices of coordinates by label, name or number; None where one is none, or named twice."""
-    names = [name_of(label) for label in labels]
-    plain = [name_of(word) if isinstance(word, str) else word for word in words]
-    axes = [names.index(word) if word in names else word for word in plain]
+    told = {(name_of(x), unit): i for i, x in enumerate(labels) for unit in ("", unit_of(x))}
+    axes = [told.get((name_of(x), unit_of(x))) if isinstance(x, str) else x for x in words]
     whole = all(isinstance(axis, Integral) and not isinstance(axis, bool) for axis in axes)
-    known = whole and {*axes} <= {*range(len(names))}
+    known = whole and {*axes} <= {*range(len(labels))}
     return tuple(map(int, axes)) if known and len({*axes}) == len(axes) else None
 
 

@@ -197,6 +197,7 @@ def check_parts(model: TrajectoryModel) -> None:
 
 def load(path, system: str | None = None) -> TrajectoryModel:
     """Read a model written by `save`. With `system`, refuse one of another. Raises InputError."""
+    check_kind("load: system, the name of one", system, str | None)
     if str(path).endswith(".json"):
         raise InputError(
             f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json is an answer, a "

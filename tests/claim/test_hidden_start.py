@@ -265,6 +265,18 @@ def test_a_system_that_measures_something_else_is_another_one():
         require_same(other, cart_model())
 
 
+def test_a_claim_of_no_system_does_not_forget_what_the_tested_one_measures():
+    tube, asked = cart_model().tube, ("the data sheet", settled_network(), Cart.time)
+    for given in ((), ("v0",)):
+        claim = pj.learning.declared_claim(tube, *asked, given=given, labels={"k": Cart.k_labels})
+        model = pj.learning.trajectory_model(settled_network(), claim)
+        if given:
+            require_same(Cart(), model)
+        else:
+            with pytest.raises(InputError, match="given is none, beside 0"):
+                require_same(Cart(), model)
+
+
 @pytest.mark.slow
 def test_a_box_of_k_around_a_plan_is_drawn_from_by_nobody(claim):
     """Neither under the tube over K nor under a local one: its v0 is what it is."""

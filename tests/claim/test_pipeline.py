@@ -214,6 +214,14 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
         calibrate(NET, held, larger, eps=0.1, delta=0.05)
 
 
+def test_training_runs_on_another_grid_are_refused_in_a_sentence():
+    train = collect(plant(noisy, 2), KEY, 40, quiet=True)
+    held = collect(plant(noisy), KEY, 40, quiet=True)
+    for of, key in ((plant(noisy), KEY), (held, None)):
+        with pytest.raises(InputError, match=r"train: expected runs on .*0\.25.*; got .*dt=0\.5"):
+            pj.learning.bound_error(NET, of, key, train=train, eps=0.2, delta=0.1, quiet=True)
+
+
 def test_a_shape_without_its_own_tube_is_not_made_of_boxes():
     with pytest.raises(InputError, match="one of box, signed, fitted; got 'ellipse'"):
         learn_profile(NET, None, (), shape="ellipse")

@@ -32,6 +32,9 @@ class Robot:
     plant: str | None = "ode"
     rotation: tuple[str, ...] | None = None
     given: tuple[str, ...] = ()
+    k_labels: tuple[str, ...] | None = None
+    q_labels: tuple[str, ...] | None = None
+    p_labels: tuple[str, ...] | None = None
 
 
 def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
@@ -60,6 +63,45 @@ def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
 def test_another_robot_is_refused_with_what_differs(other, differs):
     with pytest.raises(InputError, match=f"that agree; {differs}[.] Name the system"):
         require_same(Robot(**other), toy_driven.model())
+
+
+NAMED = {
+    "p": ("along [m]", "across [m]"),
+    "q": ("psi [rad]",),
+    "k": ("vx [m/s]", "vy [m/s]"),
+}
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        ("k", ("vx [km/h]", "vy [km/h]")),
+        ("k", ("vy [km/h]", "vx [km/h]")),
+        ("k", ("vy [m/s]", "vx [m/s]")),
+        ("k", ("vy [m/s]", "w [m/s]")),
+        ("k", ("vx [rad/s]", "vy [m/s]")),
+        ("q", ("psi [deg]",)),
+        ("q", ("speed [m/s]",)),
+        ("p", ("across [m]", "along [m]")),
+    ],
+)
+def test_a_robot_in_other_units_or_of_other_quantities_is_refused(part, words):
+    model = toy_driven.model().with_labels(NAMED)
+    for fine in ({}, {"k_labels": ("a [m/s]", "vy [m/s]")}, {"q_labels": NAMED["q"]}):
+        require_same(Robot(**fine), model)
+    robot = Robot(**{f"{part}_labels": words})
+    require_same(robot, toy_driven.model())
+    with pytest.raises(InputError, match=f"expected a label of {part} for .*, in its unit and"):
+        require_same(robot, model)
+
+
+def test_a_plan_is_not_tested_on_a_robot_in_other_units():
+    key, planner = jax.random.PRNGKey(0), pj.Planner(toy_driven.model().with_labels(NAMED))
+    choice = planner.solve(toy_driven.problem(), key, toy_driven.SETTINGS).choose("room", key)
+    other = plant(toy_driven.gusty, 4)
+    object.__setattr__(other, "k_labels", ("vx [km/h]", "vy [km/h]"))
+    with pytest.raises(InputError, match=r"expected a label of k for the column 'vx \[km/h\]'"):
+        choice.test(other, key)
 
 
 def test_the_law_of_a_claim_is_compared_with_that_of_the_robot():
@@ -109,3 +151,11 @@ def test_a_question_is_told_the_same_of_a_robot_and_of_its_model():
             require_fit(
                 toy_driven.problem().replace(uncertainty=pj.Uncertainty(k={"load": 0.01})), robot
             )
+        robot = robot.with_labels({"k": ("vx [m/s]", "vy [m/s]")})
+        for off in ({"k": {"vx [m/s]": 0.01}}, {"unknown": {"vy": (0.5, 0.6)}}):
+            asked = toy_driven.problem().replace(uncertainty=pj.Uncertainty(**off))
+            require_fit(asked, robot)
+        for off in ({"k": {"vx [km/h]": 0.01}}, {"unknown": {"vy [km/h]": (0.5, 0.6)}}):
+            asked = toy_driven.problem().replace(uncertainty=pj.Uncertainty(**off))
+            with pytest.raises(InputError, match=r"model \(vx \[m/s\], vy \[m/s\]\), .*km/h"):
+                require_fit(asked, robot)

@@ -98,6 +98,12 @@ def test_two_false_returns_side_by_side_cost_a_shadow_until_the_next_scan_and_on
     assert again.refuting == 0 and free.region.difference(again.region).area < 1e-3
 
 
+def test_a_beam_at_the_seam_of_a_full_turn_is_counted_once():
+    around = np.linspace(0, 2 * np.pi, 361)[:-1]
+    now = yard(angles=around).add(yard(np.full(360, 3.0), around))
+    assert now.refuting == 360 and now.said.startswith("360 beams ended within")
+
+
 def test_what_left_stays_gone_whatever_older_is_added_or_is_filled():
     free, one = yard(), np.full(301, 4.0)
     one[140:161] = 2.0

@@ -1,7 +1,7 @@
 """Replay of certified plans in the black box, the only test that knows the truth.
 
-A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a
-bug, and raises. A run that left the tube is counted against the claim.
+A proved plan whose run stayed inside the tube must reach the goal and touch nothing: anything else
+is a bug, and raises. A run that left the tube is counted against the claim.
 """
 
 from typing import NamedTuple
@@ -20,6 +20,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.collect import collect
 from parc_jax.problem.robust.realisations import executions_of
 from parc_jax.safe_set.verdict.outcomes import outcomes, reaches
+from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, unpruned_scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
@@ -72,8 +73,7 @@ def replay(
     worst = ~reaches(whole, path, runs.q, off) | ~(distance > off * np.sqrt(scene.model.n_p))
     lost = np.zeros(runs.n, int) if runs.lost is None else runs.lost
     out = Replay(reached, distance <= 0, inside, distance, worst, lost, path, runs.q, plans, scene)
-    # the proof covers runs inside the tube, so one that fails there refutes it
-    _refuse_contradictions(plans, out.inside & out.failed)
+    _refuse_contradictions(scene, plans, out.inside & out.failed)
     return out
 
 
@@ -129,8 +129,11 @@ def _executed(
     return runs, inside_tube(model.claim, model.net, runs)
 
 
-def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
-    """Raises SoundnessError for bugs (n,): plans that failed although their run stayed inside."""
+def _refuse_contradictions(scene: Scene, plans: np.ndarray, bugs: np.ndarray) -> None:
+    """Raises SoundnessError for those of bugs (n,), plans that failed inside, that are proved."""
+    if len(rows := np.flatnonzero(bugs)):
+        p0, k = np.split(plans[rows], [scene.model.n_p], axis=1)
+        bugs[rows] = verdicts(scene, p0, k).safe
     if bugs.any():
         first = int(np.argmax(bugs))
         raise SoundnessError(

@@ -43,11 +43,11 @@ def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tup
     given = model.given if given is None else given
     if not np.iterable(given):
         raise InputError(f"given: expected a list of parameters; got {given!r:.60}.")
-    axes = axes_of(given, names)
+    axes = axes_of(given, model.labels.k)
     if axes is None:
         raise InputError(
-            f"given: expected parameters of the model, each once ({', '.join(names)}); got "
-            f"{given!r:.60}."
+            f"given: expected parameters of the model, each once "
+            f"({', '.join(model.labels.k)}); got {given!r:.60}."
         )
     if len(axes) == model.n_k:
         raise InputError("given: expected at least one parameter to choose; all are given.")

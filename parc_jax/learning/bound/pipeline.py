@@ -143,6 +143,8 @@ def bound_error(
     else:
         check_system(system)
         as_key(key)
+    if train is not None and train.time.n_steps != system.time.n_steps:
+        raise InputError(f"bound_error train: expected runs on {system.time}; got {train.time}.")
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
         refuse_unused(settings, ("bins", "shape", "profile_runs"), "with a given profile", options)

@@ -356,7 +356,7 @@ def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
     if axes is None or len(axes) == len(k_labels):
         raise InputError(
             f"{owner}: expected given, a tuple of parameters that are measured at the start, of "
-            f"{', '.join(map(name_of, k_labels))}, each once, not all of them; got {words!r:.60}."
+            f"{', '.join(k_labels)}, each once, not all of them; got {words!r:.60}."
         )
     return axes
 

@@ -112,15 +112,15 @@ def executions_of(uncertainty: Uncertainty, model: TrajectoryModel) -> Execution
     are missing or named twice, and for boxes outside of K.
     """
     names = [name_of(label) for label in model.labels.k]
-    off = _by_axis("uncertainty k", uncertainty.k, names)
+    off = _by_axis("uncertainty k", uncertainty.k, model.labels.k)
     if isinstance(uncertainty.k, Each) and len(off) not in (0, len(names)):
         raise InputError(
             f"uncertainty k: expected a list of {len(names)} half widths, one per parameter "
             f"({', '.join(names)}), or some by name; got {len(off)}."
         )
-    given = _by_axis("uncertainty given", uncertainty.given, names)
+    given = _by_axis("uncertainty given", uncertainty.given, model.labels.k)
     given = {axis: value for axis, value in given.items() if value != FREE}
-    unknown = _by_axis("uncertainty unknown", uncertainty.unknown, names)
+    unknown = _by_axis("uncertainty unknown", uncertainty.unknown, model.labels.k)
     for axis in given.keys() & unknown.keys():
         raise InputError(
             f"uncertainty: expected a parameter to be given or unknown; {names[axis]} is both."
@@ -143,8 +143,8 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
     """
     names = [name_of(label) for label in model.labels.k]
     known = uncertainty or Uncertainty()
-    stated = _by_axis("uncertainty given", known.given, names)
-    stated = stated | _by_axis("uncertainty unknown", known.unknown, names)
+    stated = _by_axis("uncertainty given", known.given, model.labels.k)
+    stated = stated | _by_axis("uncertainty unknown", known.unknown, model.labels.k)
     if missing := [axis for axis in model.given if axis not in stated]:
         name, middle = names[missing[0]], model.domain.center[missing[0]]
         raise InputError(
@@ -155,12 +155,12 @@ def require_given(uncertainty: Uncertainty | None, model: TrajectoryModel) -> No
         )
 
 
-def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
+def _by_axis(word: str, pairs: tuple, labels: Sequence[str]) -> dict:
     """Values of named parameters, by axis of k."""
-    axes = axes_of([name for name, _ in pairs], names)
+    axes = axes_of([name for name, _ in pairs], labels)
     if axes is None:
         raise InputError(
-            f"{word}: expected parameters of the model ({', '.join(names)}), each once; got "
+            f"{word}: expected parameters of the model ({', '.join(labels)}), each once; got "
             f"{listed([repr(name) for name, _ in pairs])}."
         )
     return {axis: value for axis, (_, value) in zip(axes, pairs, strict=True)}

@@ -68,7 +68,8 @@ class Beams:
             grown = ROUND * (self.grown + TOLERANCES.outline)
             behind = self._behind(region, dark).buffer(grown, quad_segs=4)
             gone = _areas(region.intersection(shapely.union_all([behind, *discs[came]])))
-        return shapely.union_all(discs[~came]), gone, int(came.sum())
+        once = met < len(self.ends) - self.closed  # the last beam is the first
+        return shapely.union_all(discs[~came]), gone, int((came & once).sum())
 
     def drifted(self, place: np.ndarray, moved: float, turned: float) -> "Beams":
         """The same beams with a pose that is less certain by so much, as of `FreeSpace.drifted`."""

@@ -3,8 +3,9 @@
 import numpy as np
 
 from parc_jax.common.premises import MEASURED, agree, premises
+from parc_jax.learning.labels import PARTS, plain_parts
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.law import BOX, Subject, law_of, subject_of
+from parc_jax.learning.runs.law import BOX, SAID, Subject, law_of, subject_of
 from parc_jax.learning.system import System
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
@@ -35,25 +36,24 @@ def require_fit(problem: Problem, robot: Subject | TrajectoryModel) -> None:
 
 def require_same(system: System, model: TrajectoryModel) -> None:
     """Refuse a system that is not the one of this model: another name, size or grid, a K that does
-    not hold the model's, another law of its disturbances, another rotation or other parameters that
-    are measured at the start. Its plant, and what no law names, may differ. Raises InputError.
+    not hold the model's, another law of its disturbances, another rotation, other parameters that
+    are measured at the start, or labels in other units or another order. Its plant, and what no law
+    names, may differ. Raises InputError.
     """
     own, about, law = subject_of(system), model.claim.subject, model.claim.law
     K, whole = about.domain, own.domain
-    known = {
+    known = {  # some declared claims are of no system
         "system": about.system != "",
         "K": K.n != whole.n or not whole.contains(np.stack([K.lo, K.hi])).all(),
         "rotation": about.rotation is not None or about.system != "",
-        "given": about.given != () or about.system != "",  # some declared claims are of no system
-        # a model may be given other names, a system with its own in another order is another
-        "parameters": sorted(own.labels.k) == sorted(about.labels.k),
-        "goal states": sorted(own.labels.q) == sorted(about.labels.q),
-        "axes": False,
     }
-    free = [name for name, compared in known.items() if not compared]
+    free = [*SAID.values(), *(name for name, compared in known.items() if not compared)]
     where = f"system: the system of this model, {about.system or 'unnamed'!r}, and {own.system!r}"
     hint = "Name the system that the model was learned from, or learn this one."
     about.agree(where, own, free, hint)
+    # a model may be given other names, but no other units
+    for part in sorted({*PARTS} - plain_parts(own.labels) - plain_parts(about.labels)):
+        about.check_renamed(where, part, getattr(own.labels, part))
     if law.generator == own.system:
         told = law_of(system)
         # a part of K, and where it is simulated, may differ, but no disturbance of that name
