@@ -253,9 +253,8 @@ class Reader:
                 if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
                 method = callable(value) or hasattr(value, "__get__")
-                # told by Python of the class: its text, lines, annotations; slots: of the instance
                 if (name.startswith("__") and not method) or isinstance(value, _SHOWN):
-                    continue
+                    continue  # told by Python: text, lines, annotations; slots: of the instance
                 yield name
                 yield self.digest(value)
 
@@ -271,9 +270,8 @@ class Reader:
         if not is_own(code.co_filename):
             yield self.digest(wrapped)
             return
-        used = _globals(
-            code
-        )  # None: of an assert, for which pytest writes other code as it imports
+        # None: of an assert, for which pytest writes other code as it imports
+        used = _globals(code)
         asserts = self.spawned and not {None, "@pytest_ar"}.isdisjoint(used)
         yield str(code.co_firstlineno) if asserts else self.digest(code)
         space, names = f.__globals__, frozenset(_names(code))
