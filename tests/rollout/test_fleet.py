@@ -3,6 +3,7 @@ with its worker has failed unless the user says that workers go away, nothing is
 with another program.
 """
 
+import logging
 import multiprocessing
 import os
 import pickle
@@ -12,12 +13,13 @@ import sys
 import threading
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from functools import partial
+from functools import partial, wraps
 
 import jax
 import numpy as np
 import pytest
 from needs import need
+from scipy import spatial, stats
 from walkers import logged, remembers, remembers_from, slowly, unequipped, upright, walk
 
 import parc_jax as pj
@@ -274,7 +276,7 @@ if __name__ == "__main__":
         try:
             pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
         except ValueError as error:
-            print("expected workers with the program that is here" in str(error))
+            print("has another __main__.Walk. Set globals where" in str(error))
         system.close()
 """
 
@@ -326,6 +328,60 @@ def test_what_a_worker_remembers_between_runs_is_no_other_program():
         assert not pj.learning.collect(made, KEY, n=40, quiet=True).failed.any()
     finally:
         made.close()
+
+
+LOG, MAP = logging.getLogger("walk"), {i: (float(i), "free") for i in range(50_000)}
+
+
+def checked(function):
+    """As beartype writes it: beside the function it keeps what no other process has."""
+    file, made = "<@beartype(walk) at 0x7f>", {}
+    text = "def checked(*all, function=function, conf=conf): return function(*all)"
+    exec(compile(text, file, "exec"), {"function": function, "conf": os.urandom(8)}, made)
+    return wraps(function)(made["checked"])
+
+
+@checked
+def asserts(rng, k):
+    assert k.shape == (1,), "written anew by pytest, in its own process"
+    LOG.debug("on a map of %s", len(MAP))
+    return upright(rng, k)
+
+
+def equipped(rng, k, turn, grid, law, curve):
+    assert turn.as_matrix().shape == (3, 3) and grid[1] == law.mean() + curve(0) == 1
+    return asserts(rng, k)
+
+
+def by_jax(rng, k):
+    return upright(rng, np.asarray(jax.numpy.asarray(k)))
+
+
+@pytest.mark.slow
+def test_what_is_the_same_in_own_workers_is_taken_as_such():
+    """Sent by a pickle, a library's, or of code that was written anew for one process."""
+    turn, curve = spatial.transform.Rotation.from_euler("z", 0.3), np.polynomial.Polynomial([1, 2])
+    tools = {"turn": turn, "grid": np.arange(3, dtype=">f8"), "law": stats.norm(0, 1)}
+    function, ends = partial(equipped, curve=curve, **tools), []
+    for workers in (0, 2):
+        made = system(None, function, workers=workers)
+        ends.append(pj.learning.collect(made, KEY, n=8, quiet=True))
+        made.close()
+    assert same(*ends) and not ends[0].failed.any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("function", "name"), [(upright, r"walkers\.DRIFT"), (by_jax, "jax_enable_x64")]
+)
+def test_what_own_workers_hold_otherwise_is_named(function, name, monkeypatch):
+    """They import modules anew, without what was set here: a global, an option of JAX."""
+    made = system(None, function, workers=1)
+    if function is upright:
+        monkeypatch.setattr("walkers.DRIFT", 2.0)
+    with pytest.raises(InputError, match=rf"the program that is here; .* has another {name}\. Set"):
+        pj.learning.collect(made, KEY, n=8, quiet=True)
+    made.close()
 
 
 @pytest.mark.night

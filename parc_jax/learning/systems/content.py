@@ -7,6 +7,7 @@ this has changed, though name and law are the same. Loads NumPy alone, for worke
 import contextlib
 import dis
 import hashlib
+import marshal
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -31,11 +32,11 @@ _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of value
 _TABLE, _SHOWN = (*_PLAIN, np.ndarray), (types.GetSetDescriptorType, types.MemberDescriptorType)
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
-_GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME")
+_GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_ASSERTION_ERROR")
 _WRITTEN = ("__repr__", "__annotate__", "__annotate_func__", "_value2member_map_")  # no numbers
 # of libraries, what is private decides no number, or is filled by each run
-_RUNNING = ("parc_jax.", "logging.", "threading.", "concurrent.", "multiprocessing.", "asyncio.")
-_RUNNING += ("mujoco._structs.MjData",)
+_SERVING = ("logging.", "threading.", "concurrent.", "multiprocessing.", "asyncio.")
+_RUNNING = ("parc_jax.", "mujoco._structs.MjData", *_SERVING)
 _MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
@@ -75,12 +76,14 @@ def whole_digest(x) -> str:
 
 class Reader:
     """Digests of objects by content. lasting: the digest is the same in another process. private:
-    such a one, of all attributes, and of opaque objects as they are copied.
+    such a one, of all attributes, and of opaque objects as they are copied. spawned: such a one,
+    of what processes of the same files may hold otherwise. named: by name, those of parts first.
     """
 
-    def __init__(self, lasting: bool, private: bool = False):
-        self.lasting, self.private = lasting, private
+    def __init__(self, lasting: bool, private: bool = False, spawned: bool = False):
+        self.lasting, self.private, self.spawned = lasting, private, spawned
         self.held: list = []
+        self.named: dict[str, str] = {}
         self._cached: dict[object, str] = {}
 
     def digest(self, x) -> str:
@@ -128,15 +131,18 @@ class Reader:
         if key in self._cached:
             return self._cached[key]
         self.held.append(x)
-        if len(self.held) > _MOST and not self.lasting:
-            return self._opaque(x)
+        has_name = isinstance(x, types.FunctionType | type)  # these are always read
+        if len(self.held) > _MOST and not has_name and (self.spawned or not self.lasting):
+            return self.digest_of_type(x) if self.spawned else self._opaque(x)
         self._cached[key] = "itself"  # a cycle
         digest = hashlib.blake2b(digest_size=16)
         for part in parts():
             digest.update(part if isinstance(part, bytes) else str(part).encode())
             digest.update(b"\0")
-        self._cached[key] = digest.hexdigest()
-        return self._cached[key]
+        told = self._cached[key] = digest.hexdigest()
+        if has_name:
+            self.named[_name_of(x)] = told
+        return told
 
     def _opaque(self, x) -> str:
         if not self.lasting:
@@ -152,6 +158,10 @@ class Reader:
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
+        if self.spawned and type(x) in (dict, list, tuple, set, frozenset):
+            with contextlib.suppress(ValueError):  # many plain items at once; others are not taken
+                yield marshal.dumps(x, 2)  # from 3 on it tells which are one object
+                return
         if isinstance(x, _BASES) and is_own(_file_of(type(x))):  # has methods beside its items
             yield self.digest_of_type(x)
             yield from (self.digest(part) for part in self.attributes(x))
@@ -205,8 +215,6 @@ class Reader:
             yield from map(self.digest, (x.__func__, x.__self__))
         elif isinstance(x, partial):
             yield from (self.digest(part) for part in (x.func, x.args, x.keywords))
-        elif isinstance(x, staticmethod | classmethod):
-            yield self.digest(x.__func__)
         elif isinstance(x, property | cached_property):
             yield self.digest(x.fget if isinstance(x, property) else x.func)
         elif isinstance(x, type):
@@ -216,8 +224,10 @@ class Reader:
             if not isinstance(x.__self__, types.ModuleType | None):  # `table.get`
                 yield self.digest(x.__self__)
         elif isinstance(x, types.ModuleType | np.ufunc):
-            yield getattr(x, "__name__", "")
-        else:
+            yield (name := getattr(x, "__name__", ""))
+            if self.spawned and name.startswith("jax"):
+                self.named["jax_enable_x64"] = str(sys.modules["jax"].config.jax_enable_x64)
+        elif not (self.spawned and _name_of(type(x)).startswith((*_SERVING, "ctypes.CDLL"))):
             yield from self._object(x)
 
     def _object(self, x) -> Iterator:
@@ -237,53 +247,55 @@ class Reader:
 
     def _class(self, cls: type, besides: tuple[str, ...] = ()) -> Iterator:
         yield _name_of(cls)
-        for base in cls.__mro__:
-            if not is_own(_file_of(base)):
-                continue
+        for base in (base for base in cls.__mro__ if is_own(_file_of(base))):
             # by name: a class that was sent by value has them in another order
             for name, value in sorted(vars(base).items()):
                 if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
                     continue
-                if name.startswith("__") and not (callable(value) or hasattr(value, "__get__")):
-                    continue  # told by Python of the class: its text, lines, annotations
-                if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
-                    continue  # slots: read from the instance
+                method = callable(value) or hasattr(value, "__get__")
+                if (name.startswith("__") and not method) or isinstance(value, _SHOWN):
+                    continue  # told by Python: text, lines, annotations; slots: of the instance
                 yield name
                 yield self.digest(value)
 
     def _function(self, f: types.FunctionType) -> Iterator:
+        code, wrapped = f.__code__, getattr(f, "__wrapped__", None)
+        if self.spawned and wrapped and not is_own(code.co_filename):
+            yield self.digest(wrapped)  # not what a library keeps beside it
+            return
         yield _name_of(f)
         for cell in f.__closure__ or ():
-            try:
-                yield self.digest(cell.cell_contents)
-            except ValueError:  # empty
-                yield "empty"
+            yield "empty" if cell == types.CellType() else self.digest(cell.cell_contents)
         yield from map(self.digest, (f.__defaults__, f.__kwdefaults__))
-        if not is_own(f.__code__.co_filename):
-            yield self.digest(getattr(f, "__wrapped__", None))
+        if not is_own(code.co_filename):
+            yield self.digest(wrapped)
             return
-        yield self.digest(f.__code__)
-        meant = {x: f.__globals__[x] for x in _globals(f.__code__) if x in f.__globals__}
-        names = frozenset(_names(f.__code__))
-        yield from self._named(meant, names)
-        taken = _imports(f.__code__, f.__globals__.get("__package__") or "")
+        # None: of an assert, for which pytest writes other code as it imports
+        used = _globals(code)
+        asserts = self.spawned and not {None, "@pytest_ar"}.isdisjoint(used)
+        yield str(code.co_firstlineno) if asserts else self.digest(code)
+        space, names = f.__globals__, frozenset(_names(code))
+        meant = {x: space[x] for x in used if x in space and not x.startswith("@")}
+        yield from self._named(meant, names, space.get("__name__", ""))
+        taken = _imports(code, space.get("__package__") or "")
         # all of them before any is read
         modules = {name: own for name in taken if (own := _own_module(name)) is not None}
-        yield from self._named(modules, names.union(modules))
+        yield from self._named(modules, names.union(modules), "sys.modules")
         for name, value in self.attributes(f):
             yield from (name, self.digest(value))
 
-    def _named(self, space: dict, names: frozenset) -> Iterator:
+    def _named(self, space: dict, names: frozenset, of: str) -> Iterator:
         """Values of the names of a function in its module."""
         for name in sorted(names & space.keys()):
             value = space[name]
             yield name
             if isinstance(value, types.ModuleType) and is_own(getattr(value, "__file__", "") or ""):
                 # of a module of the user's the named values alone: `params.GUST`
-                inner = partial(self._named, vars(value), names)
+                inner = partial(self._named, vars(value), names, value.__name__)
                 yield self._once((id(value), names), value, inner)
             else:
-                yield self.digest(value)
+                told = self.named[f"{_MAIN[0] if of in _MAIN else of}.{name}"] = self.digest(value)
+                yield told
 
 
 def _is_exact(x) -> bool:

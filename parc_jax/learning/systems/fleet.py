@@ -5,6 +5,7 @@ declares that workers go away independently of their runs it is made again, and 
 """
 
 import multiprocessing
+import pickle
 import signal
 import threading
 from collections import deque
@@ -59,12 +60,10 @@ class Processes(Executor):
             error = inner.exception()
             dead = isinstance(error, BrokenExecutor)
             self._free.put(None if dead else process)
-            if dead:
-                outer.set_exception(ChildProcessError("its worker process died"))
-            elif error is not None:
-                outer.set_exception(error)
-            else:
+            if error is None:
                 outer.set_result(inner.result())
+            else:
+                outer.set_exception(ChildProcessError("its worker process died") if dead else error)
 
         process.submit(function, *arguments).add_done_callback(ended)
         return outer
@@ -105,13 +104,7 @@ class Fleet:
     runs are made again; else each is begun once at most, but by executors that are not COUNTED.
     """
 
-    def __init__(
-        self,
-        name: str,
-        executor: Executor | Callable[[], Executor],
-        workers: int | None,
-        again: bool = False,
-    ):
+    def __init__(self, name: str, executor: Executor | Callable, workers: int | None, again: bool):
         self.name, self.again = name, again
         self._make = None if hasattr(executor, "submit") else executor
         self._executor = executor if self._make is None else None
@@ -133,7 +126,8 @@ class Fleet:
         or have other code, for runs that are made again and lost every time, and where an executor
         broke and nobody makes another; ImportError for what a worker lacks.
         """
-        code = code_of(both)
+        as_sent = pickle.loads(pickle.dumps(both)) if self.own else both  # some leave parts out
+        code, self._named = code_of(as_sent, self.own)
 
         def send(*places) -> Sent:
             of_part = [seeds[i] for i in places], [arguments[i] for i in places]
@@ -211,11 +205,13 @@ class Fleet:
             return None
         brought = sent.future.result()
         if isinstance(brought, OtherCode):
+            others = [x for x, told in self._named.items() if brought.named.get(x) != told]
+            other = "other code of the system, or another parc_jax, NumPy or Python"
             raise InputError(
                 f"{self.name}: expected workers with the program that is here; {brought.where} has "
-                "other code or globals of the system, or another parc_jax, NumPy or Python. Set "
-                "globals where their module is imported, pass them by functools.partial, or use "
-                "workers=0; bring the same code there, and start workers anew."
+                f"{f'another {others[0]}' if others else other}. Set globals where their module is "
+                "imported, pass them by functools.partial, make what is new at each import (a time,"
+                " a folder) in the run, or use workers=0; bring the same code, start workers anew."
             )
         return brought
 

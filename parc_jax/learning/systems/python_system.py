@@ -125,7 +125,7 @@ def python_system(
         start of a script with `if __name__ == "__main__":`, since every worker imports it.
     executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
         or a function that makes one, which is called again when one broke. workers: their number,
-        None = as it reports. Any worker with other code or globals is refused.
+        None = as it reports. Workers with other code or globals are refused, own ones for globals.
     lost: of an executor, fate of a run whose worker was lost: "failed", since the run may have
         ended it, with all that were under way where workers go down together; or "again", where
         machines go away independently of their runs. Claims list `WORKERS_LOST`, with how many
@@ -140,8 +140,7 @@ def python_system(
         )
     fleet: Fleet | None = None
     if executor is not None:
-        made = hasattr(executor, "submit")
-        if not (made or callable(executor)) or workers == 0:
+        if not (hasattr(executor, "submit") or callable(executor)) or workers == 0:
             raise InputError(
                 f"{name}: expected an executor with `submit`, or a function that makes one, and "
                 f"one or more workers; got {type(executor).__name__} and {workers}."
@@ -156,14 +155,14 @@ def python_system(
         if function is not None and not callable(function):
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
         try:
-            pickle.dumps(function if workers and executor is None else None)
+            pickle.loads(pickle.dumps(function if workers and executor is None else None))
         except Exception as error:  # the hooks of an object raise anything
             raise InputError(
                 f"{name}: expected a function that can be sent to worker processes; {error}. "
                 "Define it at the top level of a module, or pass workers=0."
             ) from None
     if executor is None and workers:
-        fleet = Fleet(name, partial(Processes, workers), workers)
+        fleet = Fleet(name, partial(Processes, workers), workers, again=False)
     named = check_points(name, points)
     black_box = name, law, domain, time, n_p, n_q, workers, named, q_labels, k_labels
     return PythonSystem(simulate, simulate_from, *black_box, fleet)

@@ -25,14 +25,13 @@ class Call(NamedTuple):
 
 
 class OtherCode(NamedTuple):
-    """Refusal of a worker with other code. where: process and machine, in words."""
+    """Refusal of a worker with other code. where: process and machine, in words. named: its own."""
 
     where: str
+    named: dict[str, str]
 
 
-def run_one(
-    simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple
-) -> Call:
+def run_one(simulate, seed: tuple[int, ...], arguments: tuple, shape_p, shape_q) -> Call:
     """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a
     failed run. Raises ImportError: a missing package is no failure of the robot.
     """
@@ -68,27 +67,29 @@ def failed(shape_p: tuple, shape_q: tuple, why: str) -> Call:
 
 def run_many(both, which: int, seeds, arguments, *shapes) -> list[Call]:
     """Several runs of both[which], one after another."""
-    each = zip(seeds, arguments, strict=True)
-    return [run_one(both[which], seed, of_run, *shapes) for seed, of_run in each]
+    return [run_one(both[which], s, a, *shapes) for s, a in zip(seeds, arguments, strict=True)]
 
 
-def run_sent(sending: str, code: str, both, *runs) -> list[Call] | OtherCode:
+def run_sent(sending: str, code: tuple[bool, str], both, *runs) -> list[Call] | OtherCode:
     """`run_many`, for a process that may hold another program than the sender.
 
     sending: unique, since dask takes equal calls for one. code: `code_of` both.
     """
     if code not in _HELD:
-        _HELD[code] = code_of(both)  # before the first run of either, which may fill caches
-    if _HELD[code] != code:
-        return OtherCode(f"process {os.getpid()} on {socket.gethostname()}")
+        _HELD[code] = code_of(both, code[0])  # before the first run, which may fill caches
+    if _HELD[code][0] != code:
+        return OtherCode(f"process {os.getpid()} on {socket.gethostname()}", _HELD[code][1])
     return run_many(both, *runs)
 
 
-def code_of(both) -> str:
-    """Digest of all that decides the numbers of a row: functions with everything that they refer
-    to, their caller, and the version of the generators.
+def code_of(both, own: bool) -> tuple[tuple[bool, str], dict[str, str]]:
+    """Digests of what decides the numbers of a row, functions with all that they refer to, caller
+    and generators, and of what has a name; own, of processes that are sent the rest: of this alone.
     """
-    return f"{Reader(lasting=True).digest([both, run_one.__code__])} numpy {np.__version__}"
+    reader = Reader(lasting=True, spawned=own)
+    digest = reader.digest([both, run_one.__code__])
+    code = reader.digest(reader.named) if own else f"{digest} numpy {np.__version__}"
+    return (own, code), reader.named
 
 
-_HELD: dict[str, str] = {}  # code of the sender -> code here
+_HELD: dict = {}  # code of the sender -> `code_of` here

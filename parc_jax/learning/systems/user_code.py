@@ -23,7 +23,7 @@ _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as 
 def is_own(filename: str) -> bool:
     """Whether a file is the user's: not of Python, an installed library or this package."""
     path = Path(filename)
-    if filename.startswith("<frozen") or {"site-packages", "dist-packages"} & set(path.parts):
+    if filename.startswith(("<frozen", "<@")) or {"site-packages", "dist-packages"} & {*path.parts}:
         return False
     return not any(path.is_relative_to(folder) for folder in _LIBRARIES)
 
