@@ -280,5 +280,6 @@ def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
     told = report(outcome, tmp_path)
     assert float(model.claim.eps) == 0.1
     by = "left with probability ≤ 0.1 by a run, k drawn uniformly from all of K, confidence 0.95"
-    assert f"left the tube (claimed: {by})" in told and "0.001" not in told
+    law = model.claim.law.describe()
+    assert f"left the tube (claimed of {law}: {by})" in told and "0.001" not in told
     assert told.count("\n") < 15
