@@ -519,9 +519,11 @@ def test_the_first_episode_may_end_after_those_that_are_driven_again():
         told_again({0: again._replace(number=0, touched=False)}, [again, by_another_seed], 3)
 
 
-@pytest.mark.parametrize("workers", [0, 2])
+@pytest.mark.parametrize("workers", [0, 1])
 def test_a_driver_that_goes_on_learning_is_no_driver_of_independent_episodes(workers):
-    """Of 80 episodes 0, 33 or 58 were bad, by the number of processes."""
+    """Of 80 episodes 0, 33 or 58 were bad, by the number of processes. Of several the last may have
+    begun when all others had been driven, and know none of them.
+    """
     with pytest.raises(InputError, match=r"number 0, driven again, came out oth"):
         asked(Adapting(worst=1e-3), 30, workers=workers)
     said = asked(Adapting(True), 30, workers=workers).details()
