@@ -83,7 +83,7 @@ def test_a_batch_has_a_status_for_every_problem():
     assert plain.status.tolist() == [pj.types.Status.BOUNDED, pj.types.Status.NOT_FOUND]
     proved = PLANNER().solve_batch(problems, KEY, pj.Settings.fast().replace(proof=True))
     assert proved.status.tolist() == [pj.types.Status.PROVED, pj.types.Status.NOT_FOUND]
-    assert repr(proved) == "<BatchAnswer: 1 of 2 found, 1 proved>"
+    assert repr(proved) == "<BatchAnswer: 1 of 2 found, 1 proved under an assumed tube>"
 
 
 @pytest.mark.night

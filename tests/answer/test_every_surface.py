@@ -104,7 +104,12 @@ LEFT = {
     "what is uncertain": {"path"},
     "sensing": {*SHORT, "film"},
     "one start": {"path"},
-    "whose frame": {"repr", "file, read again", "regions"},
+    "whose frame": {
+        "repr",
+        "file, read again",
+        "regions",
+        "live",
+    },  # which tells all in the world's
     "when": {*SHORT, "film"},
     "whose word": {*SHORT, "film"},
     "assumed": {"path"},

@@ -1,5 +1,7 @@
 """Distances of recorded runs, told by facets where they can be, against every hull measured."""
 
+from types import SimpleNamespace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +11,7 @@ from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
 from benchmarks.replays import counts_of
+from parc_jax.app.study import replay as replaying
 from parc_jax.app.study.replay import replay
 from parc_jax.common.arrays import x64
 from parc_jax.common.errors import SoundnessError
@@ -104,8 +107,10 @@ def test_counts_are_those_of_a_replay():
     assert seen.inside.sum() < 100  # the model knows nothing of turns
 
 
-def test_a_contradiction_among_many_is_reported():
-    """A tube that holds every run, and plans that the model sends through a block."""
+def test_a_contradiction_among_many_is_reported(monkeypatch):
+    """A tube that holds every run, and plans that the model sends through a block: nobody proved
+    them, but where a verdict believes all.
+    """
     scene, runs, p0 = asked()
     plans = np.concatenate([p0, runs.k], axis=1)
     model = straight_bar()
@@ -115,5 +120,9 @@ def test_a_contradiction_among_many_is_reported():
     reached, touched = reached_and_touched(scene, runs, p0)
     failed = (touched | ~reached).sum()
     assert 0 < (touched & ~reached).sum() < failed < 300
+    seen = counts_of(Bar(), under(scene, model), plans, KEY)
+    assert (seen["touched"], seen["left the tube"]) == (touched.sum(), 0)
+    believing = SimpleNamespace(safe=True)
+    monkeypatch.setattr(replaying, "verdicts", lambda *_: believing)
     with pytest.raises(SoundnessError, match=f"{failed} of 300 plans failed"):
         counts_of(Bar(), under(scene, model), plans, KEY)
