@@ -71,19 +71,19 @@ def test_wrong_labels_are_refused(wrong):
         {"p": (f"x{unit}", "y [m]")}
         for unit in (" [cm]", "[cm]", " (mm)", " mm", "_mm", "_inch", "_px")
     ]
-    + [{"p": ("x [m]", word)} for word in ("yaw [m]", "theta", "t", "robotSpeed", "lat")]
-    + [{"p": ("x [m]", word)} for word in ("y_index", "y angle", "index [m]", "y_time", "y_px")],
+    + [{"p": ("x [m]", word)} for word in ("bottom", "theta", "t", "robotSpeed", "lat")]
+    + [{"p": ("x [m]", word)} for word in ("y_index", "y angle", "y (axle)", "y_time", "y_px")],
 )
 def test_a_unit_in_which_no_number_is_read_is_refused(wrong):
     about = "cart", Cart.domain, pj.learning.time_grid(0.5, 1.0), 2, 2, None, ("turns", "stays")
     named = subject(*about, {"q": ("yaw [rad]", "wind [knots]"), "k": ("speed [mm/s]", "b [deg]")})
     assert named.labels.heading == 0
-    subject(*about, {"p": ("x (rear axle)", "bottom"), "q": ("yaw (world)", "wind (deg)")})
+    subject(*about, {"p": ("x (rear axle) [m]", "bottom [m]"), "q": ("yaw (world)", "wind (deg)")})
     for p in ("px,py", "x0,y0", "tx,ty", "x_t,y_t", "t x,t y", "index x [m],angle bracket y [m]"):
         assert subject(*about, {"p": p.split(",")}).labels.p == tuple(p.split(","))
-    with pytest.raises(InputError, match="which tells of"):
+    with pytest.raises(InputError, match="as its numbers are read; got"):
         subject(*about, wrong)
-    with pytest.raises(InputError, match="which tells of"):
+    with pytest.raises(InputError, match="as its numbers are read; got"):
         named.with_labels(wrong)
 
 
@@ -95,17 +95,19 @@ UNITS = (
 SAID = (
     "odom.vel.x|xVel|velx|twist.linear.x|x_dot|xdot|x_rate|force_x|gyro_x|angular.x|err_x|cmd_x|x_std|"
     "cov_x|x_goal|target_x|x_ref|x_rad|orientation.x|omega_x|q_x|rot_x|torque_x|jerk_x|x_sigma|"
-    "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|x velocity [m]|t|"
+    "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|t|xm|"
+    "reference x|left foot x|foot in map x|"
     "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_lower|x_upper|x_ddot|"
-    "qvel_0|nsecs|magnetic_field.x|vx|qz|yaw [m]"
+    "qvel_0|nsecs|magnetic_field.x|vx|qz|upper arm x|qpos[0]|bottom|yaw"
 )
 FINE = (
-    "x|X|posX|robotX|xM|xm|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
-    "tx|base_link_x|front left x|left foot x|foot in map x|east|northing|x1|index finger x [m]|px|"
-    "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|reference x|utm_x|lateral error [m]|"
+    "x|X|posX|robotX|xM|x_m|x (m)|x_metres|x [m]|pose.position.x|odom.pose.pose.position.x|x_t|"
+    "tx|base_link_x|left foot x [m]|east|northing|x1|index finger x [m]|px|"
+    "px [m]|grid x [m]|gyro x [m]|linear axis [m]|u [m]|utm_x|lateral error [m]|"
     "cross track err [m]|target x [m]|x ref [m]|goal frame x [m]|"
-    "s [m]|t [m]|q [m]|target x (m)|left(m)|upper arm x|delta x [m]|x min [m]|yaw bearing x [m]|"
-    "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|current_x|qpos[0]"
+    "s [m]|t [m]|q [m]|target x (m)|left(m)|upper arm x [m]|delta x [m]|x min [m]|"
+    "yaw bearing x [m]|"
+    "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|current_x"
 )
 DEGREES = (
     "headingDeg|yawDegrees|deg heading|headingdeg|heading in degree|Heading Degs|yaw°|theta/deg"
@@ -119,22 +121,22 @@ DEGREES = (
         (
             "rad",
             f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]|heading_mrad|gon|"
-            "heading (deg)|yaw rad/s|heading error|heading rate [rad]|heading_turns|delta_yaw|"
+            "heading (deg)|yaw rad/s|heading error|wheel angle|rot_z|heading_turns|delta_yaw|"
             "yaw_max|pose.orientation.z|transform.rotation.w|q_z|yaw_index",
-            "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle|q0|"
-            "q|q_0|rot|heading (rad)|heading error [rad]|target heading [rad]|rot_z|theta_z|"
+            "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle [rad]|q0|"
+            "q|q_0|rot|heading (rad)|heading error [rad]|target heading [rad]|rot_z [rad]|"
             "delta [rad]|orientation z [rad]",
         ),
     ],
 )
-def test_every_word_of_a_name_tells_its_unit_or_that_it_is_no_place(unit, wrong, fine):
+def test_a_name_without_unit_is_believed_where_all_its_words_are_known(unit, wrong, fine):
     """However they are parted: columns in mm were read as m, and goals as where a robot was."""
     for label in wrong.split("|"):
         with pytest.raises(InputError, match=f"in .{unit}., as its numbers are read"):
             require_unit(label, unit)
     for label in fine.split("|"):
         require_unit(label, unit)
-    with pytest.raises(InputError, match=r"told with their unit, as 'target x \[m\]'"):
+    with pytest.raises(InputError, match=r"By other names they are told with their unit"):
         require_unit("goal_x", unit)
 
 

@@ -12,11 +12,13 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.network.relu import relu_network
+from parc_jax.learning.runs.law import subject
 from parc_jax.learning.system import time_grid
 from parc_jax.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import Span, reach_avoid
 from parc_jax.safe_set.settings import Settings
+from parc_jax.safe_set.verdict.outline import require_fit
 from parc_jax.safe_set.verdict.scene import scene_of
 
 GOAL, OBSTACLE = box([-0.5, -0.5, -1], [0.5, 0.5, 1]), box([2, 2], [3, 3])
@@ -104,6 +106,14 @@ def test_parts_of_a_model_must_fit_each_other():
     one_sentence(caught)
     with pytest.raises(InputError, match="NaN"):
         relu_network([np.full((9, 2), np.nan)], [np.zeros(9)])
+
+
+def test_a_robot_on_a_line_is_refused_before_it_is_learned():
+    """No normal of an obstacle was known there: a KeyError, after all runs were made."""
+    robot = subject("cart", box([0], [1]), time_grid(0.5, 1.0), 1, 0)
+    with pytest.raises(InputError, match="x, y or x, y, z; got 1 axes") as caught:
+        require_fit(reach_avoid(box([0], [1]), [box([2], [3])], 0.1), robot)
+    one_sentence(caught)
 
 
 @pytest.mark.parametrize(

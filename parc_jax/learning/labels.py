@@ -10,27 +10,15 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
-# told in another unit, or of else than where a robot is, where no unit is behind the name
-UNLESS_UNIT = """mm cm dm km um µm μm nm micrometer millimeter centimeter decimeter kilometer ft
-    feet inch yd yard mile mil px pixel deg degree ° % ms mps kmh kph mph knot rev turns radps mrad
-    gon cell grid screen image norm linear angular twist u v q qw qvel omega force torque jerk
-    momentum gyro magnetic wind bias err error delta min max limit goal target cmd command des
-    desired setpoint ref waypoint planned predicted obstacle t index ddot nsec nanosec""".split()
-LAST = "in foot lower upper".split()  # as the last word: no `heading in rad`, `left foot x`
-# no places, unless an axis and a unit are told: `index finger x [m]`
-ANGLES = [*HEADINGS, *"angle ang pitch roll orientation rotation rot rad radian index".split()]
-NO_PLACE = """time stamp timestamp sec latitude longitude lat lon speed velocity vel acc accel
-    acceleration dot rate quaternion std var variance sigma rmse cov covariance""".split()
+# words beside an axis, or of a heading, that leave no doubt about what is told, nor its unit
+PLACED = """p m meter meters metre metres pos position coord coordinate pose odom qpos transform
+    translation base link robot rigid body utm map world current t""".split()
+TURNED = [*HEADINGS, *"q orientation rotation rot rad radian radians in world map t".split()]
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
-_AROUND = "pos|position|coord|coordinate"
-_GLUED = re.compile(rf"(?:[dpt]|{_AROUND})?([xyz])(?:{_AROUND})?\d*")
-# words that are glued to a name, as in `xmm`, are parted from it; round brackets hold a unit only
-# where they hold a known one
-_NAME = "|".join((_GLUED.pattern, *HEADINGS))
-_TOLD = "|".join(UNLESS_UNIT + LAST + ANGLES + NO_PLACE)
-_JOINED = re.compile(rf"\b({_NAME})?({_TOLD}|m|meter)(?:e?s)?\b|\b({_TOLD})({_NAME})\b")
+_GLUED = re.compile(r"(?:[pt]|pos|position)?([xyz])(?:pos|position|coord)?\d*")
+# round brackets hold a unit only where they hold a known one
 _UNIT = re.compile(r"(.+?)(?: \[([^[]*)\]| ?\(((?:m?rad|deg|°|%|[cdkmnuµμ]?[msg])(?:/s2?|/h)?)\))")
 PARTS = ("p", "q", "k")
 
@@ -111,19 +99,21 @@ def unit_of(label: str) -> str:
 
 
 def words_in(label: str) -> list[str]:
-    """The words of its name, in lower case, units in the singular: two of `xPos`, `x_mm`, `xmm`."""
-    name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|_", " ", name_of(label)).lower()
-    name = re.sub(r"\b(m|rad)\W+s2?\b", r"\1ps", name)  # `x m/s`
-    return re.findall(r"[^\W_]+|[°%]", _JOINED.sub(r"\1 \3\4 \5", name.replace("metre", "meter")))
+    """The words of its name, in lower case: two of `xPos` and `x_mm`."""
+    name = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|_", " ", name_of(label))
+    return re.findall(r"[^\W_]+|[°%]", name.lower())
 
 
 def axes_in(label: str) -> set[str]:
     """Axes that words of its name tell, as `x0`, `px` and `Easting` tell x; and `dx` in a unit,
     else a change or a speed.
     """
-    words = [word for word in words_in(label) if word[0] != "d" or unit_of(label)]
-    named = {found[1] for word in words if (found := _GLUED.fullmatch(word))}
-    return named | {AXES[x] for x in words if x in AXES}
+    named = (x[1:] if x[0] == "d" and unit_of(label) else x for x in words_in(label))
+    return {axis for x in named if (axis := _axis_of(x))}
+
+
+def _axis_of(word: str) -> str | None:
+    return found[1] if (found := _GLUED.fullmatch(word)) else AXES.get(word)
 
 
 def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]:
@@ -137,21 +127,22 @@ def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]
     return [set()] * len(axes) if alike and all(map(unit_of, columns)) else axes
 
 
-def require_unit(label: str, unit: str) -> None:
-    """Raises InputError for a label of another unit, or of no place [m] or heading [rad]."""
-    words, own, axes, turns = words_in(label), unit_of(label), axes_in(label), unit == "rad"
-    no = {*NO_PLACE, *ANGLES * (not (turns or (own and axes)))}
-    if not own and words != ["px"]:  # `px` of `px, py`
-        no |= {*UNLESS_UNIT, *({*LAST} & {*words[-1:]})}
-        no -= {*"t" * bool(turns or axes), *"q" * turns}  # `x_t`
-        if turns and {*words} & {*"xyzw"}:
-            no |= {"q", "orientation", "rotation"}  # of quaternions
-    if told := [own] * (own not in ("", unit)) or [word for word in words if word in no]:
+def require_unit(label: str, unit: str, points: Sequence[str] = ()) -> None:
+    """Raises InputError for a label of another unit; and for one without a unit, unless all its
+    words tell a place [m], of points of these names, or a heading [rad].
+    """
+    words = words_in(label)
+    axes = [x for x in words if x in LONE or _axis_of(x)]
+    named = [word for point in points for word in (*words_in(point), "".join(words_in(point)))]
+    known = {*TURNED} if unit == "rad" else {*axes, *PLACED, *named}
+    place = axes and "px" not in words[1:]  # a unit, as in `x_px`
+    plain = (unit == "rad" or place) and all(x in known or x.strip("q").isdecimal() for x in words)
+    if unit_of(label) != unit and (unit_of(label) or not plain):
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "
-            f"{label!r}, which tells of {told[0]}. Tell places in m, axis by axis, and their label "
-            "in m. A heading is q, with rotation, in rad; times, speeds and goals are left out. "
-            "In another frame they are told with their unit, as 'target x [m]'."
+            f"{label!r}. Places are in m, axis by axis, by names such as x or pose.position.y; a "
+            "heading, such as yaw, is q, with rotation, in rad; times, speeds and goals are left "
+            f"out. By other names they are told with their unit, as 'left foot x [{unit}]'."
         )
 
 

@@ -277,7 +277,6 @@ if __name__ == "__main__":
             pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
         except ValueError as error:
             print("has another __main__.Walk. Set globals where" in str(error))
-        system.close()
 """
 
 
@@ -315,7 +314,7 @@ def test_a_script_is_the_same_program_in_its_workers_until_it_changes_itself(tmp
     path = tmp_path / "walk.py"
     path.write_text(SCRIPT)
     done = subprocess.run([sys.executable, path], capture_output=True, text=True)
-    assert done.stdout == 3 * "True\n", done.stderr
+    assert done.stdout == 3 * "True\n" and "Exception ignored" not in done.stderr, done.stderr
 
 
 @pytest.mark.slow

@@ -217,7 +217,7 @@ class Subject:
         units = [(label, "m") for label in self.labels.p]
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
-            require_unit(label, unit)
+            require_unit(label, unit, self.points)
         told = [*chain(*(x for x in axes_in_all(self.labels.p, self.points) if len(x) == 1))]
         if told != sorted(told):
             raise InputError(

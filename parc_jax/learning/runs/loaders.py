@@ -146,7 +146,7 @@ def _check_columns(path: Path, columns: Sequence[str], points: tuple[str, ...]) 
     named = [*zip(columns, axes_in_all(columns, points), strict=True)]
     numbers = [[int(n) for n in re.findall(r"\d+", name_of(x)) if axes] for x, axes in named]
     for i, (column, axes) in enumerate(named):
-        require_unit(column, "m")
+        require_unit(column, "m", points)
         own, axis = points[i // n_p], "xyz"[i % n_p : i % n_p + 1]
         said = [x for x in points if words[x] in words[column] or glued[x] in words[column]]
         of_axis = axes == {axis} or (n_p == 1 and axes) or (not axes and unit_of(column) == "m")

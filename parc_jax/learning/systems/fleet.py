@@ -23,6 +23,7 @@ from concurrent.futures import (
 from queue import LifoQueue
 from typing import NamedTuple
 from uuid import uuid4
+from weakref import finalize
 
 from parc_jax.common.errors import InputError
 from parc_jax.learning.systems.python_worker import (
@@ -46,6 +47,8 @@ class Processes(Executor):
         self._at_work: set[ProcessPoolExecutor] = set()
         for _ in range(workers):
             self._free.put(None)
+        # before Python ends: executors end with modules that are gone then
+        finalize(self, self._free.queue.clear)
 
     def submit(self, function: Callable, /, *arguments) -> Future:
         """The call on its way; waits for a free place. A process that dies is ChildProcessError."""
