@@ -13,7 +13,7 @@ HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is t
 # words beside an axis, or of a heading, that leave no doubt about what is told, nor its unit
 PLACED = """p m meter meters metre metres pos position coord coordinate pose odom qpos transform
     translation base link robot rigid body utm map world current t""".split()
-TURNED = [*HEADINGS, *"q orientation rotation rot rad radian radians in world map t".split()]
+TURNED = "q orientation rotation rot rad radian radians in execution world map t".split()
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
@@ -134,7 +134,7 @@ def require_unit(label: str, unit: str, points: Sequence[str] = ()) -> None:
     words = words_in(label)
     axes = [x for x in words if x in LONE or _axis_of(x)]
     named = [word for point in points for word in (*words_in(point), "".join(words_in(point)))]
-    known = {*TURNED} if unit == "rad" else {*axes, *PLACED, *named}
+    known = {*HEADINGS, *TURNED} if unit == "rad" else {*axes, *PLACED, *named}
     place = axes and "px" not in words[1:]  # a unit, as in `x_px`
     plain = (unit == "rad" or place) and all(x in known or x.strip("q").isdecimal() for x in words)
     if unit_of(label) != unit and (unit_of(label) or not plain):

@@ -1,4 +1,4 @@
-"""Scenes as small TOML or JSON files. A decimal is the float64 nearest to it, in the proof too; one
+"""Scenes as small TOML files. A decimal is the float64 nearest to it, in the proof too; one
 that a float64 does not print again is refused.
 """
 
@@ -37,7 +37,7 @@ POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
 
 def load_problem(path, points: Sequence[str] | None = None) -> Problem:
-    """The problem in a .toml or .json file. Raises InputError that names the entry.
+    """The problem in a .toml file. Raises InputError that names the entry.
 
     [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
         ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
@@ -78,8 +78,8 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
 
 
 def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -> Problem:
-    """The problem in the text of a file called `name`, of JSON where that ends in .json. points: as
-    of `load_problem`. Raises InputError.
+    """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
+    InputError.
     """
     data = _parsed(text, name)
     with naming(name):
@@ -87,42 +87,26 @@ def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -
 
 
 def _data(path):
-    with reading(path, "a text file in TOML or JSON"):
+    with reading(path, "a text file in TOML"):
         return _parsed(Path(path).read_text(encoding="utf-8-sig"), str(path))
 
 
 def _parsed(text: str, name: str):
     """The data of a file called `name`, with exact decimals."""
-    kind = "JSON" if name.endswith(".json") else "TOML"
-    with reading(name, f"a scene in {kind}"):
-        if kind == "JSON":
-            return json.loads(text, parse_float=Decimal, object_pairs_hook=_unique)
+    with reading(name, "a scene in TOML"):
         return tomllib.loads(text, parse_float=Decimal)
-
-
-def _unique(pairs: list) -> dict:
-    """A table of JSON without duplicate entries."""
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"the entry {name!r} stands twice in a table")
-    return dict(pairs)
 
 
 def save_problem(
     path, problem: Problem, named: Labels | None = None, points: Sequence[str] | None = None
 ) -> Path:
-    """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
-    not at all.
+    """Write a file that `load_problem` reads back with equal numbers; complete or not at all.
 
     named: labels for the file.
     points: names of the robot's reference points, for a problem without them.
     Raises InputError for a problem with other points.
     """
-    path = Path(path)
-    parts = _parts(problem, named, points)
-    text = json.dumps(parts, indent=1) if path.suffix == ".json" else "".join(_toml(parts))
-    return write_atomic(path, text.encode())
+    return write_atomic(Path(path), problem_text(problem, named, points).encode())
 
 
 def problem_text(

@@ -24,8 +24,8 @@ def test_the_stage_is_named_unless_nothing_is_wanted(capsys):
 
 def test_a_search_gives_signs_of_life_into_a_pipe(shell, files, monkeypatch):
     """Whoever waits reads what is done at present, also while a proof of no plan is looked for."""
-    save_problem(files / "wall.json", toy_query.gap(wall=True))
-    asked = "solve", "model.npz", "wall.json", "--out", "none.json", "--no-cache", "--work", 0.1
+    save_problem(files / "wall.toml", toy_query.gap(wall=True))
+    asked = "solve", "model.npz", "wall.toml", "--out", "none.json", "--no-cache", "--work", 0.1
     monkeypatch.setattr(process, "SIGN_S", 1e-3)
     _, said, told = shell(*asked)
     after = told.partition(SEARCHING)[2]

@@ -50,9 +50,9 @@ def test_solve_check_plot(shell, files):
 
 @pytest.mark.slow
 def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
-    save_problem(files / "wall.json", toy_query.gap(wall=True))
+    save_problem(files / "wall.toml", toy_query.gap(wall=True))
     code, said, _ = shell(
-        "solve", "model.npz", "wall.json", "--out", "none.json", "--json", "--no-cache"
+        "solve", "model.npz", "wall.toml", "--out", "none.json", "--json", "--no-cache"
     )
     facts = json.loads(said)
     assert code == 1 and not facts["found"] and facts["proved_no_plan"] and facts["first"] is None

@@ -59,3 +59,18 @@ def slowly(rng, k):
     """The first one, with time to be killed in."""
     time.sleep(0.05)
     return walk(rng, k)
+
+
+FLOOR = {"slip": 0.1}  # [1] of rows that walk there
+
+
+def rough(rng, k):
+    """A walk on the floor."""
+    p, q = walk(rng, k)
+    return np.asarray(p) * (1.0 + FLOOR["slip"]), q
+
+
+def smooth(rng, k):
+    """The same on another floor, which stays."""
+    FLOOR["slip"] = 0.005
+    return rough(rng, k)

@@ -55,6 +55,8 @@ def test_what_is_no_such_network_is_refused(rng, tmp_path):
         from_state_dict({"0.weight": np.zeros((4, 3)), "1.weight": np.zeros((2, 5))})
     with pytest.raises(InputError, match=r"expected x_mean \(2,\)"):
         from_state_dict(state, Normalisation(np.zeros(3), np.ones(3), np.zeros(1), np.ones(1)))
+    with pytest.raises(InputError, match=r"numbers in '0\.weight'.* complex numbers"):
+        from_state_dict({"0.weight": np.zeros((4, 3)) * 1j})
     for name in ("net.h5", "net.npz", "net.onnx"):
         with pytest.raises(InputError):
             load_network(tmp_path / name)

@@ -85,13 +85,12 @@ def test_a_footprint_that_is_not_the_model_s_is_refused():
             asked(places)
 
 
-@pytest.mark.parametrize("kind", ["toml", "json"])
-def test_a_scene_file_has_the_places_of_a_footprint(kind, tmp_path):
+def test_a_scene_file_has_the_places_of_a_footprint(tmp_path):
     """Else a footprint that the model was not learned with is refused, and read from a file not."""
     robot = read_footprint(NAV2)
     goal = pj.problem.goal_of_points(robot.points, {"base": pj.box([0.3, -0.1], [0.5, 0.1])})
     scene = pj.reach_avoid(goal, [], robot.body)
-    path = pj.exchange.save_problem(tmp_path / f"scene.{kind}", scene)
+    path = pj.exchange.save_problem(tmp_path / "scene.toml", scene)
     again = pj.exchange.load_problem(path, robot.points)
     assert again.body == scene.body and len(again.body.places) == 5
     with pytest.raises(InputError, match="body: expected the footprint that the model was"):

@@ -25,7 +25,7 @@ def live(
     Args:
         model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
             whose model comes along.
-        scene: The scene, .toml or .json. Default: that of the model's system.
+        scene: The scene, a .toml file. Default: that of the model's system.
         at: Where the robot is, x,y or x,y,heading, which can be dragged too. Default: anywhere in
             the start set.
         port: Of this machine; the next that is free where it is taken.

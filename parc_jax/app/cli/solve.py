@@ -50,7 +50,7 @@ def solve(
     Args:
         model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
             whose model comes along.
-        scene: The scene, .toml or .json. Default: that of the model's system.
+        scene: The scene, a .toml file. Default: that of the model's system.
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system. Default: take it.
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
@@ -84,7 +84,7 @@ def solve(
     from parc_jax.method import FirstProved
     from parc_jax.planner import Planner
 
-    if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
+    if model.suffix == ".toml" and scene is not None and scene.suffix == ".npz":
         got = f"{model} and {scene}. Swap the two."
         raise InputError(f"solve: expected the model first and then the scene; got {got}")
     if first and (validate or runs or study):

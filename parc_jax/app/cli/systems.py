@@ -134,7 +134,7 @@ def scene_of(model):
 
     if model.system not in installed():
         raise InputError(
-            f"scene: expected a file, .toml or .json, since nothing is known of a scene of "
+            f"scene: expected a .toml file, since nothing is known of a scene of "
             f"{model.system or 'unnamed'!r}; got none. Name it after the model."
         )
     module = find(model.system)

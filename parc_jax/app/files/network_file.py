@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.app.files.onnx_file import read_onnx
+from parc_jax.common.arrays import real
 from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, fold, relu_network
 from parc_jax.learning.runs.files import read_npz
@@ -74,7 +75,7 @@ def normalised(net: ReLUNetwork, normalisation: Normalisation | None) -> ReLUNet
         return net
     parts = {}
     for part, value in normalisation._asdict().items():
-        value = np.atleast_1d(np.asarray(value, np.float64))
+        value = np.atleast_1d(_array(part, value, "normalisation"))
         size = net.n_in if part.startswith("x") else net.n_out
         if value.shape not in ((1,), (size,)):
             raise InputError(f"normalisation: expected {part} ({size},); got {value.shape}.")
@@ -86,4 +87,4 @@ def _array(key: str, value, name: str) -> np.ndarray:
     """A float64 array from an array or a tensor on any device."""
     value = value.detach().cpu() if hasattr(value, "detach") else value
     with reading(name, f"numbers in {key!r}"):
-        return np.asarray(value, np.float64)
+        return np.asarray(real(value), np.float64)

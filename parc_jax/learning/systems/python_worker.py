@@ -75,10 +75,13 @@ def run_sent(sending: str, code: tuple[bool, str], both, *runs) -> list[Call] | 
 
     sending: unique, since dask takes equal calls for one. code: `code_of` both.
     """
-    if code not in _HELD:
-        _HELD[code] = code_of(both, code[0])  # before the first run, which may fill caches
-    if _HELD[code][0] != code:
-        return OtherCode(f"process {os.getpid()} on {socket.gethostname()}", _HELD[code][1])
+    if not _AT or _AT[0] != code:  # not at each run, since its own may fill caches
+        if _AT:
+            _LEFT[_AT[0]] = code_of(_AT[1], _AT[0][0])[1]
+        held, named = code_of(both, code[0])
+        if named != _LEFT[code] if code in _LEFT else held != code:
+            return OtherCode(f"process {os.getpid()} on {socket.gethostname()}", named)
+        _AT[:] = code, both
     return run_many(both, *runs)
 
 
@@ -92,4 +95,5 @@ def code_of(both, own: bool) -> tuple[tuple[bool, str], dict[str, str]]:
     return (own, code), reader.named
 
 
-_HELD: dict = {}  # code of the sender -> `code_of` here
+_AT: list = []  # code and functions of the sender whose run was the last here
+_LEFT: dict = {}  # code of a sender -> names of `code_of`, as its last run before others left them
