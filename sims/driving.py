@@ -75,8 +75,8 @@ class Driving(Options):
     given: tuple[str, ...] = ()
     """Paths of the model's given parameters in the messages of poses, such as
     twist.twist.linear.x, in the order of its k. A twist is of the body: for a model without a
-    rotation it is along the frame's axes at a heading of 0 alone, within uncertainty_heading, and
-    elsewhere nothing begins."""
+    rotation it is along the frame's axes at a heading of 0 alone, and where the heading is another,
+    or may be by uncertainty_heading, nothing begins."""
     deadline: float = 0.1
     """Seconds of the clock from where a pose is heard to the end of its step, free space
     included."""

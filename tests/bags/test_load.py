@@ -6,15 +6,18 @@ import itertools
 import logging
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from needs import need
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.checker.claim import LONGEST
 from parc_jax.common import premises
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.claim import derived
 
 need("rosbags")
 from bag_files import KINDS, TF, drive, ns, write  # noqa: E402
@@ -53,6 +56,21 @@ def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
     assert np.abs(runs.q[:, 0] - truth[:, -1, 2]).max() < 0.021
     assert runs.rotation == ("turns",) and runs.labels.k == K
     assert len(set(runs.groups)) == 1
+
+
+@pytest.mark.soundness
+def test_runs_that_begin_later_than_their_command_drive_no_loop(tmp_path):
+    """A loop drove them as if they began with it: the robot touched in 20 of 20 manoeuvres."""
+    path, model = bag(tmp_path), line_model(4, 0.01, rests=True)
+    for after in (0.0, 0.2):
+        law = pj.exchange.load_bags(path, GRID, **ASKED, after=after).law
+        law = replace(model.claim.law, parameters=law.parameters)
+        asked = model.replace(claim=derived(model.claim, law=law)), 0.1
+        if not after:
+            assert pj.drive.Loop(*asked, leave=0.5).under_way is None
+            continue
+        with pytest.raises(InputError, match=r"begin 0.2 s after a command, .* with after=0"):
+            pj.drive.Loop(*asked, leave=0.5)
 
 
 @pytest.mark.parametrize("split", [False, True])
