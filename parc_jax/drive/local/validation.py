@@ -145,7 +145,7 @@ class Validation:
         drawn = "drawn from them"
         if recorded(claim):
             start = "a start drawn for it" if found.scene.at is None else "this start"
-            drawn = f"for k of one run, drawn from a new recording, from {start},"
+            drawn = f"for k of one run, drawn from a new recording's with k in K, from {start},"
         return (
             f"Validated in this scene, by {claim.law.describe()}: at least "
             f"{rounded_down(100 * at_least, 3)} % of {of_all}, with confidence {sure}. A plan "
