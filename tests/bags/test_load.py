@@ -438,14 +438,22 @@ COPIES = [
     "run.bagA",
     "run.BAGS",
     "run.bagold",
+    "run.bag.failed",
+    "run.bag.gpg",
+    "run.rosbag",
+    "run.7zip",
 ]
+ENDS = "txt md py png pdf html svg JPG mp4 npz ipynb md5 sha256 xml docx orig.active".split()
 
 
 @pytest.mark.parametrize("name", [*IN_FOLDERS, *NOT_CLOSED, *PACKED, *COPIES])
 def test_a_recording_in_the_folder_that_is_not_read_is_refused(tmp_path, name):
     bag(tmp_path, "mcap", "good")
-    # notes, no bags, and the backup of `rosbag reindex`
-    for other in ("run.bag.txt", "run.mcap.v2.yaml", "bag.py", "a.target", "run.bag.orig.active"):
+    # notes, exports and pictures, what `rosbag reindex` leaves, and what is hidden
+    hidden = ("._good.mcap", "._run.bag", ".trash/run.bag")
+    ends = (f"run.bag.{end}" for end in ENDS)
+    for other in (*ends, "run.mcap.v2.yaml", "bag.py", "a.target", *hidden):
+        (tmp_path / other).parent.mkdir(exist_ok=True)
         (tmp_path / other).touch()
     assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 1
     (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -499,11 +507,25 @@ def test_bags_behind_a_linked_folder_are_refused_as_in_a_real_one(tmp_path, name
 
 def test_a_bag_with_damaged_metadata_is_refused_in_a_sentence(tmp_path):
     meta = bag(tmp_path) / "metadata.yaml"
-    for text in ("{", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n"):
+    key = "rosbag2_bagfile_information:"
+    for text in (f"{key} {{", "", "\n", f"{key}\n  relative_file_paths:\n"):
         meta.write_text(text)
         with pytest.raises(InputError, match="run: expected a complete bag") as why:
             pj.exchange.load_bags(tmp_path, GRID, **ASKED)
         assert "\n" not in str(why.value) and str(why.value)[-1] == "."
+
+
+def test_metadata_of_something_else_makes_no_folder_a_bag(tmp_path):
+    """A folder of good bags was refused with a KeyError."""
+    path = bag(tmp_path, "mcap", "good")
+    (tmp_path / "config").mkdir()
+    for folder in (tmp_path, tmp_path / "config"):
+        (folder / "metadata.yaml").write_text("license: !own MIT\n")
+    for asked in (tmp_path, path):
+        assert pj.exchange.load_bags(asked, GRID, **ASKED).recordings == 1
+    (tmp_path / "config/run.mcap").touch()
+    with pytest.raises(InputError, match=r"in no sub-folder; got config/run\.mcap\. Try"):
+        pj.exchange.load_bags(tmp_path, GRID, **ASKED)
 
 
 def test_labels_swap_no_two_numbers_of_a_command(tmp_path):
