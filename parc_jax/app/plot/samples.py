@@ -48,7 +48,7 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
     pictures = [_Picture(answer, view, *paths, replay) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
     of = "" if count == len(answer.samples) else f"{count} of "
-    of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer)}"
+    of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer.scene)}"
     return drawn(pictures, to, f"{of}{pictures[0].tally()}")
 
 
