@@ -32,6 +32,7 @@ from parc_jax.safe_set.corridors.search import Cover
 from parc_jax.safe_set.settings import Settings
 from parc_jax.safe_set.verdict.pointwise import paths_of
 from parc_jax.safe_set.verdict.scene import Scene, pruned_scene, volume_of_all
+from parc_jax.statement import told_under
 
 if TYPE_CHECKING:
     from parc_jax.drive.local.validation import Validate
@@ -48,12 +49,16 @@ class FirstPlans(NamedTuple):
 
     plans: (n, n_p + n_k).
     clearance: (n,) [m] from every obstacle, of every run inside the tube.
-    drawn: number of plans that were tested.
+    drawn: number of plans that were tested. under: as of `BatchAnswer`.
     """
 
     plans: np.ndarray
     clearance: np.ndarray
     drawn: int
+    under: str = ""
+
+    def __repr__(self) -> str:
+        return f"<FirstPlans: {len(self.plans)} safe of {self.drawn} drawn{self.under}>"
 
 
 class Prepared:
@@ -77,7 +82,7 @@ class Prepared:
         require_under_way(self.scene.problem.all_spans)
         require_sound_arithmetic()
         safe, _ = first_safe(self.scene, stream(key, Stage.SEARCH), n)
-        return FirstPlans(safe.plans, safe.clearance, safe.judged)
+        return FirstPlans(safe.plans, safe.clearance, safe.judged, told_under(self.scene))
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises as that does."""
@@ -115,9 +120,8 @@ def answered(
             cover = cover._replace(coverage=cover.coverage._replace(share=0.0, at_least=0.0))
         corridors = tuple(compress(cover.corridors, held))
         cover = cover._replace(corridors=corridors, proved=True, refused=refused)
-        took = time.perf_counter() - covered
-        _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
-    spent = {"cover_s": covered - begin, "proof_s": time.perf_counter() - covered}
+        _log.info("checked for %.1f s: %d refused", time.perf_counter() - covered, refused)
+    spent = {**cover.timings, "cover_s": covered - begin, "proof_s": time.perf_counter() - covered}
     found, ended = len(samples) + len(cover.corridors) > 0, cover.ended
     if no_plan is not None:
         doubt, box = scene.nominal.uncertainty, scene.model.claim.law.box
@@ -125,9 +129,7 @@ def answered(
         # a limit in seconds is told wherever it cut work off; else the end of what was decisive
         if no_plan.ended is not None and ended != Ended.SECONDS:
             ended = ended if found and no_plan.ended != Ended.SECONDS else no_plan.ended
-    cover = cover._replace(
-        ended=ended, total_volume=volume_of_all(scene), timings={**cover.timings, **spent}
-    )
+    cover = cover._replace(ended=ended, total_volume=volume_of_all(scene), timings=spent)
     return Answer(scene, cover, samples, written, no_plan)
 
 
@@ -285,11 +287,9 @@ def _proved(
 ) -> np.ndarray:
     """(s,) bool: the independent checker accepts the best plan, in exact arithmetic."""
     out = np.zeros(len(found), bool)
-    rows = np.flatnonzero(found)
-    p0 = plans[rows, : model.n_p]
-    k = plans[rows, model.n_p :]
+    p0, k = np.split(plans[found], [model.n_p], axis=1)
     paths = paths_of(model, p0, k)
-    for i, row in enumerate(rows):
+    for i, row in enumerate(np.flatnonzero(found)):
         problem = problem_of(problems, row)
         scene = pruned_scene(NominalProblem(problem, model))
         part = sample_part(scene, model.tube, p0[i], k[i], paths[i])

@@ -32,6 +32,7 @@ from parc_jax.safe_set.corridors.sampling import FEW
 from parc_jax.safe_set.corridors.search import Share
 from parc_jax.safe_set.corridors.stopping import Coverage
 from parc_jax.safe_set.verdict.infeasible import Reason, any_end_is_in, why_none
+from parc_jax.safe_set.verdict.scene import Scene
 
 IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
 
@@ -233,27 +234,27 @@ def headline(answer) -> str:
     """An `Answer` in one line."""
     name = answer.model.system or "unnamed system"
     if not answer.status.found:
-        return f"Answer for {name}: {answer.status}{told_under(answer)}"
+        return f"Answer for {name}: {answer.status}{told_under(answer.scene)}"
     told = [counted(len(answer.samples), "plan"), counted(len(answer.corridors), "corridor")]
     if answer.coverage.share:
         share = f"at least {rounded_down(100 * answer.coverage.at_least, 3)} % of {set_of(answer)}"
         told.append(f"{share} (confidence {rounded_down(str(answer.coverage.confidence), 10)})")
     else:
-        told[-1] += told_under(answer)
+        told[-1] += told_under(answer.scene)
     return f"Answer for {name}: {answer.status}, {', '.join(told)}"
 
 
 def set_of(answer, name: str = "the model's safe set") -> str:
     """The set that the coverage of an `Answer` is of."""
     around = "" if answer.cover.within is None else " around what a search found"
-    return f"{name}{told_under(answer)}{around}"
+    return f"{name}{told_under(answer.scene)}{around}"
 
 
-def told_under(answer) -> str:
-    """What all that is said of the plans of an `Answer` is under, for one line."""
-    tube, box = UNSHOWN.get(answer.model.claim.kind, ""), in_box(answer.scene.box_of_k)
-    doubt = "" if answer.scene.nominal.uncertainty is None else " for all that is uncertain"
-    start = "" if answer.scene.at is None else " from one start"
+def told_under(scene: Scene) -> str:
+    """What all that is said of the plans of a scene is under, for one line."""
+    tube, box = UNSHOWN.get(scene.model.claim.kind, ""), in_box(scene.box_of_k)
+    doubt = "" if scene.nominal.uncertainty is None else " for all that is uncertain"
+    start = "" if scene.at is None else " from one start"
     return f"{tube}{box}{doubt}{start}"
 
 

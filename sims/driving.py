@@ -55,9 +55,10 @@ class Driving(Options):
     age: float = 0.0
     """Seconds after which a place that no scan has seen again is not free any more; 0: never."""
     mover_radius: float = 0.0
-    """Radius [m] of a disc around each moving obstacle, with the error of its place and its motion
-    between the measurement of a pose and the beginning of the manoeuvre. Above 0 m nothing begins
-    before a message has the places of all of them; 0: no obstacle moves."""
+    """Radius [m] of a disc around each moving obstacle, with the error of its place and its way
+    while messages of the pose and of the manoeuvre travel; that of `deadline` in between is added.
+    Above 0 m nothing begins before a message has the places of all of them; 0: no obstacle
+    moves."""
     mover_speed: float = 0.0
     """Largest speed [m/s] of a moving obstacle."""
     uncertainty_start: float = 0.0
@@ -75,8 +76,8 @@ class Driving(Options):
     given: tuple[str, ...] = ()
     """Paths of the model's given parameters in the messages of poses, such as
     twist.twist.linear.x, in the order of its k. A twist is of the body: for a model without a
-    rotation it is along the frame's axes at a heading of 0 alone, within uncertainty_heading, and
-    elsewhere nothing begins."""
+    rotation it is along the frame's axes at a heading of 0 alone, and where the heading is another,
+    or may be by uncertainty_heading, nothing begins."""
     deadline: float = 0.1
     """Seconds of the clock from where a pose is heard to the end of its step, free space
     included."""
@@ -134,8 +135,10 @@ class Driving(Options):
             )
         size, speed = self.mover_radius, self.mover_speed
         moving = (
-            f"all are told, at most {self.stale!r} s before, within {size!r} m, no faster than "
-            f"{speed!r} m/s; nobody has come since"
+            f"all are told, at most {self.stale!r} s before, within {size!r} m, with their way "
+            "while messages of the pose and of the manoeuvre travel, no faster than "
+            f"{speed!r} m/s, for the {self.deadline!r} s of a step in between too; nobody has come "
+            "since"
         )
         return {
             "measured poses": (

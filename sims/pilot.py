@@ -1,8 +1,6 @@
 """Drives one robot by one model, from messages: without ROS, so that it can be tried anywhere."""
 
 import functools
-import math
-import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,16 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.answer.answer import Answer
-from parc_jax.bags.recording import frames_of, pose_in, stamp_of, value_at
+from parc_jax.bags.recording import pose_in, stamp_of
 from parc_jax.common.errors import InputError
-from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import Outlook, even_candidates, given_axes
 from parc_jax.drive.loop.commitment import Commitment, Step
 from parc_jax.drive.loop.loop import Effort, Loop
-from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
@@ -37,12 +33,11 @@ from sims.ros import measured
 from sims.ros.measured import Movers, among, require_frame
 from sims.ros.memory import Memory
 from sims.ros.outline import ROUNDED, outline_of, require_outline
+from sims.ros.readings import Readings
 from sims.ros.stated import assumed, stated
 
 SOME = 64  # candidates for which the model's outline at the start is looked at
 ANYTHING = 1e3  # [units of q] bound of goal states that are free
-PATH = re.compile(r"(header|pose|twist)(\.\w+){2,}")  # of a number in a message of a pose
-OF_BODY = re.compile(r"twist\.(?!.*\.z$).*")  # along or around axes that turn with the heading
 Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 
 
@@ -78,15 +73,7 @@ class Pilot:
         self._clock = clock
         known = {"uncertainty": uncertainty, "effort": effort, "clock": clock}
         self.loop = Loop(model, self.outline.body, leave=d.leave, **known)
-        if len(d.given) != len(self.loop.given):
-            hint = " Learn one of a system that names in `given` what it measures at the start."
-            raise InputError(
-                f"given: expected {len(self.loop.given)} numbers in the messages of poses, one for "
-                f"each given parameter of the model; got {len(d.given)}."
-                f"{hint if not self.loop.given else ''}"
-            )
-        self._named = [name_of(model.labels.k[axis]) for axis in self.loop.given]
-        _require_paths(model, self._named, d.given)
+        self.readings = Readings(model, d)
         self.planner = Planner(model)
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
@@ -96,7 +83,6 @@ class Pilot:
         self.goal: np.ndarray | None = None
         self.memory = Memory(d, self.outline)
         self.given = None
-        self._tracked: Premises | None = None
 
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
@@ -171,7 +157,7 @@ class Pilot:
         heard = self._clock()
         require_frame(message, self.driving.frame, "pose")
         stamp, pose = stamp_of(message), np.array(pose_in(message, "pose"))
-        given = [value_at(message, path, "pose") for path in self.driving.given]
+        given = self.readings.given(message)
         if stamp is None or not np.isfinite(pose).all():
             raise InputError(
                 f"pose: expected a finite one with a stamp; got {pose.tolist()!r:.80}."
@@ -182,9 +168,7 @@ class Pilot:
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
                 f"{last / 1e9:.9f} s."
             )
-        tracked = premises([("whose pose it is", MEASURED, frames_of(message)[1])])
-        agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
-        self._tracked = tracked
+        self.readings.follow(message)
         others = [self.memory.scanned or 0, self.movers.stamp if self.movers else 0]
         if last is None and max(others) - stamp > 1e9 * self.driving.stale:
             self.memory.drop()  # what came before was compared with no clock yet
@@ -257,52 +241,18 @@ class Pilot:
     def assumed_of_plan(self) -> str:
         """The premises of a plan in one clause: it is asked at rest, where nothing is measured."""
         told = self.premises
-        if self._named:
-            rests = ", ".join(f"{name} = 0" for name in self._named)
+        if self.readings.named:
+            rests = ", ".join(f"{name} = 0" for name in self.readings.named)
             told["measured at the start"] = f"nothing; {rests}, since it is asked at rest"
         return assumed(self, told, straight=False)
 
     @property
     def premises(self) -> dict[str, str]:
         """Premises of manoeuvres beside model and tube: by name, in words with their numbers."""
-        frame = "" if self._tracked is None else self._tracked["whose pose it is"]
-        whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
         told = self.driving.premises
         if self.driving.sensor is not None:
             told["what stands"] += "; a map only guides: what stands on it alone is no obstacle"
-        told["whose pose it is"] = f"{whose}, which is the model's first reference point"
-        if self._named:
-            each = zip(self._named, self.driving.given, strict=True)
-            told["measured at the start"] = (
-                f"{', '.join(f'{name} is {path}' for name, path in each)} of the message of the "
-                "pose, as in the model's runs"
-            )
-        if self.takes_twist:
-            told["measured at the start"] += (
-                "; a twist, which is of the body, is taken along the frame's axes, where a heading "
-                f"is measured within ±{self._straight!r} rad"
-            )
-        return told
-
-    @property
-    def takes_twist(self) -> bool:
-        """Whether given parameters are of the body, and the model's are of the frame's axes."""
-        return self.model.rotation is None and any(map(OF_BODY.fullmatch, self.driving.given))
-
-    @property
-    def _straight(self) -> float:
-        """[rad] of a heading that is taken for 0."""
-        return ROUNDED + self.driving.uncertainty_heading
-
-    def _turned(self, heading: float) -> str:
-        """Why nothing may begin at a heading [rad] where a twist is given, or an empty text."""
-        off = math.remainder(heading, 2 * math.pi)
-        if not self.takes_twist or abs(off) <= self._straight:
-            return ""
-        return (
-            f"the twist of a pose is of a body turned by {off!r} rad, and the model, which has no "
-            "rotation, takes it along the frame's axes; turn it back, or learn a model with one"
-        )
+        return told | self.readings.premises
 
     def statement(self, step: Step) -> str:
         """The guarantee of a step, and its premises."""
@@ -320,7 +270,7 @@ class Pilot:
         if arrived or (soon is not None and at < soon):
             step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
             return step if step.left else None
-        scene = memory.stale or self._turned(pose[2]) or self._ways(pose, self.given)
+        scene = memory.stale or self.readings.turned(pose[2]) or self._ways(pose, self.given)
         gone = self._gone()
         if not isinstance(scene, str):
             scene = self._with_movers(scene, seen[1])
@@ -413,22 +363,6 @@ class Pilot:
 
     def _at(self, pose: np.ndarray) -> np.ndarray:
         return pose if self.model.rotation is not None else pose[:2]
-
-
-def _require_paths(model: TrajectoryModel, named: Sequence[str], paths: Sequence[str]) -> None:
-    """Raises InputError for paths of given parameters that are others than the law of the model's
-    runs, or their names, tell. named: of the parameters.
-    """
-    law, each = model.claim.law.cut, zip(named, paths, strict=True)
-    owns = [[x if x in paths or PATH.fullmatch(x) else path for x, path in each]]
-    if "given" in law:
-        owns.insert(0, law["given"].rpartition("pose, ")[2].split(", "))
-    for own in owns:
-        if own != [*paths]:
-            raise InputError(
-                f"given: expected {', '.join(own)}, in this order, which the model was learned "
-                f"with; got {', '.join(paths)}."
-            )
 
 
 def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:

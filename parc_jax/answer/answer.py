@@ -160,7 +160,7 @@ class Answer(Sealed):
         if recorded(self.model.claim):
             raise InputError(
                 "sample: expected a set that was tested by uniform draws; this one was tested by "
-                "recordings: draw one run of each new one, and a start of it by starts(key, k)."
+                "recordings: draw one run of each new one, with k in K, then starts(key, k) of it."
             )
         return self._plans.sample(generator(key), n)
 

@@ -59,7 +59,7 @@ def about_draw(answer: "Answer") -> str:
         most, how = probability(claim.premises["risk"], 2), "drawn by `sample`"
         if recorded(claim):
             start = "a start that `starts` draws" if answer.scene.at is None else "this start"
-            how = f"for k of one run, drawn from a new recording, from {start},"
+            how = f"for k of one run, drawn from a new recording's with k in K, from {start},"
         sure = f"in this scene, confidence {confidence_of(claim.premises)}"
         return f"Risk: a plan {how} fails with probability at most {most} {sure}: (V)."
     density = None if isinstance(risk, NoStatement) else density_of_k(answer)

@@ -1,6 +1,4 @@
-"""Bags on disk, of any recorder: .bag, .mcap, .db3, or a folder; and the fields of a message of ROS
-by their names alone: any library may have decoded it.
-"""
+"""Bags on disk, of any recorder, and fields of messages by name alone: any library decodes them."""
 
 import math
 import re
@@ -16,10 +14,14 @@ from parc_jax.common.spelling import some_of
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
+OF_BAG = re.compile(r"rosbag2_bagfile_information|\A\s*\Z")  # in it; an empty one may be of any
 WHOLE = "a complete bag (of one truncated or damaged try `mcap recover`, `ros2 bag reindex`)"
-NOTES = r"(?!.*\.(txt|md|csv|json|ya?ml|toml|log|py|orig\.active)$)"  # or of `rosbag reindex`
-PACKED = "7z|bz2|cab|gz|lz4|rar|tar|tbz2?|tgz|tlz|txz|tzst|xz|zipx?|zstd?"
-UNREAD = re.compile(rf"\.(bag|mcap|db3|({PACKED})(?![a-z])){NOTES}", re.I)
+# known to be none; of any other ending, as .old or .1, it may be. The last: of `rosbag reindex`
+EXPORTS = "csv|docx?|geojson|gpx|h5|hdf5|html?|json|kml|mat|np[yz]|parquet|pdf|pkl|tsv|xlsx?|xml"
+PICTURES = "avi|bmp|eps|gif|jpe?g|mkv|mov|mp4|png|svg|tiff?|webm|webp"
+NOTES = rf"(?!.*\.(txt|md|ya?ml|toml|log|py|ipynb|md5|sha\d+|{EXPORTS}|{PICTURES}|orig\.active)$)"
+PACKED = "7z(ip)?|bz2|cab|gz|lz4|lzma|rar|tar|tbz2?|tgz|tlz|txz|tzst|xz|zipx?|zstd?"
+UNREAD = re.compile(rf"\.((ros)?bag|mcap|db3|({PACKED})(?![a-z])){NOTES}", re.I)
 UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no rotation at all
 
 
@@ -31,10 +33,12 @@ class Heard(NamedTuple):
     message: Any
 
 
-def is_bag(path) -> bool:
+def is_bag(path: Path) -> bool:
     """Is there one recording at this path, by its name or its metadata?"""
-    path = Path(path)
-    return (path / METADATA).exists() if path.is_dir() else path.suffix in SUFFIXES
+    if not path.is_dir():
+        return path.suffix in SUFFIXES
+    told = path / METADATA
+    return told.is_file() and bool(OF_BAG.search(told.read_text(errors="replace")))
 
 
 def recordings_in(path) -> list[Path]:
@@ -42,19 +46,21 @@ def recordings_in(path) -> list[Path]:
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such file.")
-    inside = [path] if is_bag(path) else sorted(path.iterdir()) if path.is_dir() else []
-    found = [one for one in inside if is_bag(one)]
+    # what is hidden is no recording: macOS puts `._run.bag` beside a copy of run.bag
+    with reading(path, "recordings that may be read"):
+        inside = [path] if is_bag(path) else sorted(path.glob("[!.]*"))
+        found = [one for one in inside if is_bag(one)]
     every, seen = [path], set()
     for one in every:  # which grows: by what is behind links, too, but by each folder once
         if one.is_dir() and (real := one.resolve()) not in seen:
             seen.add(real)
-            every += sorted(one.glob("*"))
+            every += sorted(one.glob("[!.]*"))
     named = {one for one in every[1:] if UNREAD.search(one.name) or not one.exists()}
     parts = (_parts(one) for one in found if one.is_dir())
     if left := [one.relative_to(path) for one in sorted(named.difference(found, *parts))]:
         raise InputError(
             f"{path}: expected bags, closed, unpacked and in no sub-folder; got {some_of(left)}. "
-            "Try `rosbag reindex`, mend links, put each beside the rest: it may be of a failed run."
+            "Try `rosbag reindex`, mend links; put bags, of failed runs too, beside the rest."
         )
     if not found:
         raise InputError(
@@ -170,8 +176,7 @@ def pose_in(message, topic: str) -> tuple[float, float, float]:
 def yaw_of(turn, topic: str) -> float:
     """[rad] of a quaternion. Raises InputError unless its length is 1."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
-    length = math.sqrt(x * x + y * y + z * z + w * w)
-    if not abs(length - 1) <= UNIT:
+    if not abs(math.hypot(x, y, z, w) - 1) <= UNIT:
         raise InputError(
             f"{topic}: expected unit quaternions; got ({x:g}, {y:g}, {z:g}, {w:g}). Left unfilled?"
         )

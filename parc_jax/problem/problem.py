@@ -59,8 +59,9 @@ class Span(tuple):
     @property
     def rests_on(self) -> str:
         """`said`, or a sentence about `of`, and where it was before; empty for nothing."""
-        told = "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear"
-        told = f"{told} of this plan, of a loop ({self.loop})." if self.loop else self.said
+        told = "That a robot is in the way rests on its manoeuvre, on its staying where that ends, "
+        told += f"or on one after it that keeps clear of this plan, of a loop ({self.loop})."
+        told = told if self.loop else self.said
         told += "." * (told[-1:] not in ".!?")  # none after no words
         words = f"What is in the way is, before interval {slot(str(self.told_from))} of a plan, "
         words += "counted from 0, nowhere or told of apart."

@@ -56,7 +56,7 @@ def attempt(
     if not answer.status.found:
         none = answer.absence
         return Tried(
-            row._replace(why=none.reason.words if none.reason else none.details()),
+            row._replace(why=none.details() if none else answer.status.text),
             learned,
             answer,
             None,

@@ -66,7 +66,7 @@ def sentence(row: Row) -> str:
             f"{rounded_down(1 / row.eps, 3)} (eps = {rounded_up(row.eps, 4)}) leaves the tube"
         )
     if row.plan is None:
-        return f"{said}. That tube leaves NO SAFE PLAN: {row.why}"
+        return f"{said}. Under that tube: {row.why}"
     low, high = interval(row.failed_1000, MANY)
     return (
         f"{said}. One safe plan, driven {REPEATS} times, failed {row.failed_10} times; driven "
@@ -93,7 +93,7 @@ def table(rows: list[Row]) -> list[str]:
         width = f"±{x:.2f} ±{y:.2f} m ±{heading:.2f}"
         line = f"{r.runs:6,}  {r.body:9}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {width:21}"
         if r.plan is None:
-            lines.append(f"{line}  {'none':>6}  no safe plan")
+            lines.append(f"{line}  {'none':>6}  no safe plan found")
             continue
         low, high = interval(r.failed_1000, MANY)
         failed = f"{r.failed_1000} ({rounded_down(100 * low, 3)}..{rounded_up(100 * high, 3)} %)"

@@ -129,21 +129,22 @@ def among(
     """Obstacles and spans of a manoeuvre from a pose (x, y, ..) at the time `at` [ns], which is
     `now` [s] by the clock of the loop.
 
-    ways: obstacles that stand still. d: `mover_radius`, `mover_speed`, `reach`, `drift` and
-    `drift_heading` as of the settings of a pilot (`sims.driving`). drifts: places (x, y) of the
+    ways: obstacles that stand still. d: `mover_radius`, `mover_speed`, `deadline`, `reach`, `drift`
+    and `drift_heading` as of the settings of a pilot (`sims.driving`). drifts: places (x, y) of the
     robot at each drift of the frame since the movers were told, the last one last. The manoeuvre
     stays within the square of half width `d.reach`, so movers that cannot enter it are left out.
     Returns a sentence where a mover may be at the robot.
     """
     # of either sign: a measurement from after the pose is off by as much
     age = abs(at - movers.stamp) / 1e9
-    radius = d.mover_radius + d.mover_speed * age + TOLERANCES.outline  # reachable by now
+    # reachable before the manoeuvre begins: nothing is committed to after the deadline
+    radius = d.mover_radius + d.mover_speed * (age + d.deadline) + TOLERANCES.outline
     radius = radius + _strayed(movers.places, drifts, d)
     away = np.abs(movers.places - pose[:2]).max(axis=1)
     if (away <= radius).any():
         return (
             f"who moves may be where the robot is: seen {age:.3g} s apart from its pose, within "
-            f"{rounded_up(radius[away <= radius].max(), 4)} m by now"
+            f"{rounded_up(radius[away <= radius].max(), 4)} m when a manoeuvre begins"
         )
     obstacles, spans = list(ways), [None] * len(ways)
     near = away <= d.reach + radius + d.mover_speed * time.t_f

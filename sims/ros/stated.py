@@ -11,12 +11,13 @@ def assumed(pilot, premises: dict[str, str], straight: bool = True) -> str:
     """Premises of a `Pilot`, and what else its manoeuvres and plans rest on, in one clause.
     straight: a twist is taken at a heading of 0 alone, where it takes one.
     """
+    straight = straight and pilot.readings.takes_twist
     memory, told = pilot.memory, [f"{name}: {value}" for name, value in premises.items()]
     if not pilot.loop.given:
         told.append(f"its start is {START}")
     if pilot.model.rotation is None:
         asked = "only compared with that of its runs" if pilot.model.n_points > 1 else "not asked"
-        asked = "asked to be 0, as for its twist" if straight and pilot.takes_twist else asked
+        asked = "asked to be 0, as for its twist" if straight else asked
         told.append(f"the model goes along the frame's axes, and the heading of a pose is {asked}")
     if memory.added is not None:
         told.append(f"the last scan is {(memory.stamp - memory.added) / 1e9!r} s older")

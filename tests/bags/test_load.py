@@ -6,15 +6,18 @@ import itertools
 import logging
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from needs import need
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.checker.claim import LONGEST
 from parc_jax.common import premises
 from parc_jax.common.errors import InputError
+from parc_jax.learning.bound.claim import derived
 
 need("rosbags")
 from bag_files import KINDS, TF, drive, ns, write  # noqa: E402
@@ -53,6 +56,21 @@ def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
     assert np.abs(runs.q[:, 0] - truth[:, -1, 2]).max() < 0.021
     assert runs.rotation == ("turns",) and runs.labels.k == K
     assert len(set(runs.groups)) == 1
+
+
+@pytest.mark.soundness
+def test_runs_that_begin_later_than_their_command_drive_no_loop(tmp_path):
+    """A loop drove them as if they began with it: the robot touched in 20 of 20 manoeuvres."""
+    path, model = bag(tmp_path), line_model(4, 0.01, rests=True)
+    for after in (0.0, 0.2):
+        law = pj.exchange.load_bags(path, GRID, **ASKED, after=after).law
+        law = replace(model.claim.law, parameters=law.parameters)
+        asked = model.replace(claim=derived(model.claim, law=law)), 0.1
+        if not after:
+            assert pj.drive.Loop(*asked, leave=0.5).under_way is None
+            continue
+        with pytest.raises(InputError, match=r"begin 0.2 s after a command, .* with after=0"):
+            pj.drive.Loop(*asked, leave=0.5)
 
 
 @pytest.mark.parametrize("split", [False, True])
@@ -420,14 +438,22 @@ COPIES = [
     "run.bagA",
     "run.BAGS",
     "run.bagold",
+    "run.bag.failed",
+    "run.bag.gpg",
+    "run.rosbag",
+    "run.7zip",
 ]
+ENDS = "txt md py png pdf html svg JPG mp4 npz ipynb md5 sha256 xml docx orig.active".split()
 
 
 @pytest.mark.parametrize("name", [*IN_FOLDERS, *NOT_CLOSED, *PACKED, *COPIES])
 def test_a_recording_in_the_folder_that_is_not_read_is_refused(tmp_path, name):
     bag(tmp_path, "mcap", "good")
-    # notes, no bags, and the backup of `rosbag reindex`
-    for other in ("run.bag.txt", "run.mcap.v2.yaml", "bag.py", "a.target", "run.bag.orig.active"):
+    # notes, exports and pictures, what `rosbag reindex` leaves, and what is hidden
+    hidden = ("._good.mcap", "._run.bag", ".trash/run.bag")
+    ends = (f"run.bag.{end}" for end in ENDS)
+    for other in (*ends, "run.mcap.v2.yaml", "bag.py", "a.target", *hidden):
+        (tmp_path / other).parent.mkdir(exist_ok=True)
         (tmp_path / other).touch()
     assert pj.exchange.load_bags(tmp_path, GRID, **ASKED).recordings == 1
     (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -481,11 +507,25 @@ def test_bags_behind_a_linked_folder_are_refused_as_in_a_real_one(tmp_path, name
 
 def test_a_bag_with_damaged_metadata_is_refused_in_a_sentence(tmp_path):
     meta = bag(tmp_path) / "metadata.yaml"
-    for text in ("{", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n"):
+    key = "rosbag2_bagfile_information:"
+    for text in (f"{key} {{", "", "\n", f"{key}\n  relative_file_paths:\n"):
         meta.write_text(text)
         with pytest.raises(InputError, match="run: expected a complete bag") as why:
             pj.exchange.load_bags(tmp_path, GRID, **ASKED)
         assert "\n" not in str(why.value) and str(why.value)[-1] == "."
+
+
+def test_metadata_of_something_else_makes_no_folder_a_bag(tmp_path):
+    """A folder of good bags was refused with a KeyError."""
+    path = bag(tmp_path, "mcap", "good")
+    (tmp_path / "config").mkdir()
+    for folder in (tmp_path, tmp_path / "config"):
+        (folder / "metadata.yaml").write_text("license: !own MIT\n")
+    for asked in (tmp_path, path):
+        assert pj.exchange.load_bags(asked, GRID, **ASKED).recordings == 1
+    (tmp_path / "config/run.mcap").touch()
+    with pytest.raises(InputError, match=r"in no sub-folder; got config/run\.mcap\. Try"):
+        pj.exchange.load_bags(tmp_path, GRID, **ASKED)
 
 
 def test_labels_swap_no_two_numbers_of_a_command(tmp_path):

@@ -127,6 +127,7 @@ def test_among_no_obstacles_as_many_plans_come_as_are_asked_for():
     )
     plans = question.first(KEYS[0], MOST)
     assert len(plans.plans) == MOST and np.isinf(plans.clearance).all()
+    assert repr(plans) == f"<FirstPlans: 16 safe of {plans.drawn} drawn under an assumed tube>"
 
 
 def one_proved(question, seed: int, at=None):

@@ -166,7 +166,9 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
     said = answer.validation.details()
     claim = wide.model.claim
     assert "whose k is that of a new recording for which this set" in said and "k as logged" in said
-    assert f"{claim.n:,} of {N} held-out recordings" in said and step.n >= claim.n
+    assert (
+        f"{claim.n:,} of {N} held-out recordings not left out by K (" in said and step.n >= claim.n
+    )
     assert "ORDER_OF_K(that of the model; not all have names)" in said
     path = wide.save(tmp_path / "validated.json")
     printed = list(summary(check_answer(load(path))))
@@ -180,7 +182,7 @@ def test_the_sentence_names_its_recordings_its_law_and_its_premises(answer, tmp_
         and "TRANSLATION_INVARIANCE(within 1e-05" in said
     )
     assert (
-        "for k of one run, drawn from a new recording, from a start drawn for it, fails"
+        "k of one run, drawn from a new recording's with k in K, from a start drawn for it, fails"
         in answer.validation.summary()
     )
     header = pj.exchange.write_c(answer, tmp_path / "own.h").read_text()
@@ -210,7 +212,10 @@ def test_of_recordings_of_several_runs_it_is_said_that_one_is_drawn_from_each(mo
     """Of recordings of 8 runs, of which 1 in 25 goes astray, 1 in 4 has such a plan that fails."""
     runs = recorded(N, 18, windows=4, named="drive ")
     found = pj.Planner(model).solve(SCENE, KEY, toy.SETTINGS, validate=Validate(runs, RISK, DELTA))
-    wide, one = found.validation.answer, "(k as logged, runs = one drawn from each recording; "
+    wide, one = (
+        found.validation.answer,
+        "(k as logged, runs = one drawn from those of each recording with k in K; ",
+    )
     path = wide.save(tmp_path / "validated.json")
     again = load_answer(path)
     printed = [line for line in summary(check_answer(load(path))) if " law: " in line]
@@ -410,6 +415,28 @@ def test_a_recording_counts_once(model):
     one = trials.one_of_each(model, runs, np.random.default_rng(0))
     assert one.n == Validate(runs).tests == len(np.unique(one.groups)) == 30
     assert len({i % 4 for i in one.rows}) > 1  # whichever window
+
+
+def test_of_a_recording_a_run_with_k_in_K_is_drawn_as_is_said(model):
+    """ "one drawn from each recording", of those that K had left, which others have more of."""
+    lean, rich = recorded(N, 43, windows=4, named="lean "), recorded(N, 44, named="rich ")
+    k = np.concatenate([lean.k, rich.k])
+    k[: 4 * N][np.arange(4 * N) % 4 != 2] += 1.0  # of these one window in four is in K
+    k[0:4] = 1.5  # and none of the first one
+    p, q = (np.concatenate([getattr(x, name) for x in (lean, rich)]) for name in ("p", "q"))
+    groups = [
+        f"{'lean' if i < N else 'rich'} {i}" for i in [*np.arange(4 * N) // 4, *range(N, 2 * N)]
+    ]
+    large = box([-1.0] * 2, [2.0] * 2)
+    law = law_spec("file:toy", large, "logged")
+    log = rollout_batch(k, p, q, time=TIME, domain=large, law=law, groups=groups)
+    for runs in (log, log.select(K.contains(log.k))):
+        one = trials.one_of_each(model, runs, np.random.default_rng(0))
+        inside = K.contains(one.k)
+        assert (one.n, inside.sum()) == (runs.recordings, 2 * N - 1)
+        # where K left one of each it says no less
+        assert "runs = one drawn from those of each recording with k in K" in one.law.describe()
+        assert one.law.cut == runs.law.cut
 
 
 def test_a_recording_with_nan_has_failed(sets):

@@ -28,7 +28,7 @@ from parc_jax.drive.local import validate as module
 from parc_jax.drive.local.nested import first_set, fixed_sequence, level, nested_sets
 from parc_jax.drive.local.trials import run_once
 from parc_jax.drive.local.validate import validated
-from parc_jax.drive.local.validation import Validate
+from parc_jax.drive.local.validation import Step, Validate, Validation
 from parc_jax.learning.bound.claim import check_claim, derived
 from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.bound.declared import stand_in
@@ -464,6 +464,12 @@ def test_runs_that_do_not_return_have_failed():
     assert found.validation.answer is None and found.validation.steps[0].failed > 30
     said = found.validation.details()
     assert "No set was validated" in said and "Allow more risk" in said
+
+
+def test_runs_that_mostly_fail_are_said_to_be_unlike_those_of_the_model():
+    none = Validation(None, (Step(1.0, 1000, 501),), ASKED)
+    assert "compare units, the order of k, and the robot" in none.sentence
+    assert "Allow more risk" not in none.sentence
 
 
 @pytest.mark.parametrize(

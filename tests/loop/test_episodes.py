@@ -31,6 +31,7 @@ from parc_jax.drive.loop.episodes import ABOUT, LINES, task_of, told_again
 from parc_jax.learning.bound.counts import clopper_pearson
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.runs import chunks
+from parc_jax.problem.problem import Span
 from parc_jax.statement import about_obstacles
 
 KEY = jax.random.PRNGKey(4)
@@ -551,19 +552,26 @@ def test_a_drive_that_does_not_draw_from_its_seed_ends_early_and_is_told_why():
     assert drive.driven == 2
 
 
-@pytest.mark.parametrize("of", ["begin", "k", "pose", "clearance"])
+@pytest.mark.parametrize("of", ["begin", "k", "pose", "clearance", "far", "span", "goal"])
 @pytest.mark.parametrize("seeded", [True, False])
 def test_how_manoeuvres_began_is_of_what_another_drive_may_tell_otherwise(of, seeded, tmp_path):
-    """Of drives that differed in k and poses alone no randomness was seen."""
+    """Of drives that differed in k, poses, or in what was far away or asked for, alone no
+    randomness was seen.
+    """
     loop = loop_of(0.01)
 
     def drive(world, seed):
         draw = np.random.default_rng(seed if seeded else None).uniform()
         loop.restart()
         pose, at = [draw * (of == "pose"), 0.0], draw * (of == "begin")
-        far = pj.box([20.0 + draw * (of == "clearance"), 20.0], [22.0, 22.0])
+        right = 22.0 + draw * (of == "far")
+        far = pj.box([20.0 + draw * (of == "clearance"), 20.0], [right, 22.0])
+        goal = pj.box([-9.0] * 3, [9.0 + draw, 9.0, 9.0]) if of == "goal" else None
+        until = [int(2**i * draw) % 2 if of == "span" else 3 for i in range(40)]
+        spans = [Span((0, last), at=at) for last in until]
+        told = {"at": at, "spans": spans, "goal": goal}
         given = [0.1 + 0.1 * draw * (of == "k")]
-        step = loop.step(pose, given, [far], lambda seen: -seen.path[:, -1, 0], at=at)
+        step = loop.step(pose, given, [far] * 40, lambda seen: -seen.path[:, -1, 0], **told)
         return pj.drive.Outcome(False, False, {}, [step.committed])
 
     options = {"folder": tmp_path, "looks": (2, 3)}
@@ -573,7 +581,7 @@ def test_how_manoeuvres_began_is_of_what_another_drive_may_tell_otherwise(of, se
     assert done.again.startswith(same if seeded else other)
     assert asked(drive, 3, **options).driven[:2] == done.driven
     about = json.loads((tmp_path / ABOUT).read_text())
-    (tmp_path / ABOUT).write_text(json.dumps(about | {"format": "parc_jax.episodes/6"}))
+    (tmp_path / ABOUT).write_text(json.dumps(about | {"format": "parc_jax.episodes/7"}))
     with pytest.raises(InputError, match="holds other work; expected the same format"):
         asked(drive, 3, **options)
 

@@ -143,10 +143,12 @@ def test_cosine_and_sine_are_enclosed(angle):
 
 
 def test_what_is_no_episode_is_refused():
-    with pytest.raises(InputError, match="at least one commitment"):
-        episode_part([])
-    with pytest.raises(InputError, match="at least one commitment; got <Commitment 0"):
-        episode_part(driven(False, 1)[0])
+    one, wrong = driven(False, 1)[0], "expected a list of commitments alone; got"
+    for listed in ([], one, [None], [one, None], "one"):
+        with pytest.raises(InputError, match=wrong):
+            pj.drive.save_episode("nothing.json", listed)
+        with pytest.raises(InputError, match=wrong):
+            pj.drive.left_tube(listed, np.zeros((20, 2)))
     for drift in (-1, "a", None):
         with pytest.raises(InputError, match="episode drift: expected"):
             episode_part(driven(False, 1), drift=drift)

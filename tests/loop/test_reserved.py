@@ -22,8 +22,8 @@ from parc_jax.problem.world.movers import mover_obstacles, see_mover
 pytestmark = pytest.mark.soundness
 RADIUS, OFF = 0.05, 0.01  # [m] of the body, and of the uncertainty of its place
 RESTS = (
-    "That a robot is in the way rests on its manoeuvre, or one after it that keeps clear of this "
-    "plan, of a loop ("
+    "That a robot is in the way rests on its manoeuvre, on its staying where that ends, or on one "
+    "after it that keeps clear of this plan, of a loop ("
 )
 SIDES = 2 * np.pi / 16 * np.arange(16)
 RIM = RADIUS * np.stack([np.cos(SIDES), np.sin(SIDES)], axis=1)

@@ -12,6 +12,7 @@ from toy_models import told
 import parc_jax as pj
 import sims.point
 import sims.point.sensing
+from parc_jax.checker.claim import OURS
 from parc_jax.common.backend import ACCELERATOR, CPU
 from parc_jax.drive import shield_batch
 from parc_jax.learning.bound.claim import derived
@@ -238,6 +239,10 @@ def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
         pj.InputError, match=r"every: expected a manoeuvre to be left from 0\.\d+ s"
     ):
         shield_of(chained(2 * HELD, 3 * HELD))
+    late = ((f"{OURS}begin", "0.3 s after a command, new or after a pause"),)  # as of bags
+    law = replace(model.claim.law, parameters=late)
+    with pytest.raises(pj.InputError, match="whose runs begin with their command"):
+        shield_of(model.replace(claim=derived(model.claim, law=law)))
     far = np.full((3, 2, 2), 10.0)
     pose, speed, corners, there = arrays(far, np.zeros((3, 2)), np.zeros((3, 2)))
     made, rests = shield_of(chained(HELD, HELD)), model.time.t_f / HELD

@@ -34,7 +34,7 @@ def discs(*places, at=10**9, frame="map"):
 
 def driving(**asked):
     given = ("twist.twist.linear.x", "twist.twist.linear.y")
-    known = {"leave": 0.4, "given": given, "deadline": 300.0, "arrived": 0.4}
+    known = {"leave": 0.4, "given": given, "arrived": 0.4}
     return Driving(**(known | {"mover_radius": RADIUS, "mover_speed": SPEED} | asked))
 
 
@@ -44,7 +44,7 @@ def model():
 
 
 def pilot(**asked):
-    one = Pilot(model(), ROBOT, driving(**asked))
+    one = Pilot(model(), ROBOT, driving(**asked), clock=lambda: 0.0)  # the world waits for it
     one.hear_map(sliding.map_of(sliding.hall()))
     one.hear_goal(sliding.posed(*GOAL))
     return one
@@ -88,8 +88,8 @@ def test_nothing_is_begun_before_all_are_told_or_where_they_may_be():
     assert "who moves may be where the robot is" in stepped(0.1)[1]
     one.hear_movers(discs((1.5, 1.0), at=at))
     assert stepped(5)[1] == "where those are who move was last said 5.0 s ago"  # who came since?
-    one.hear_movers(discs((0.4, 0.1), at=at + 5 * 10**9))  # a second at 0.3 m/s, and the radius
-    assert "seen 1 s apart from its pose, within 0.5001 m" in stepped(6)[1]
+    one.hear_movers(discs((0.4, 0.1), at=at + 5 * 10**9))  # 1.1 s at 0.3 m/s, and the radius
+    assert "seen 1 s apart from its pose, within 0.5301 m when" in stepped(6)[1]
     with pytest.raises(InputError, match="movers: expected a stamp of the clock of poses"):
         one.hear_movers(discs(at=at + 8 * 10**9))  # it would be told as new by then
     one.hear_movers(discs(at=at + 6 * 10**9))  # nobody is there
@@ -121,7 +121,7 @@ def test_who_moves_is_told_anew_after_a_restart():
 def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none():
     draw = np.random.default_rng(2)
     time, d, pose = model().time, driving(reach=2.0), np.zeros(3)
-    far = 2.0 + RADIUS + SPEED * (time.t_f + 0.5)
+    far = 2.0 + RADIUS + SPEED * (time.t_f + 0.5 + d.deadline)
     places = np.concatenate([draw.uniform(-2.4, 2.4, (6, 2)), [[far + 0.01, 0.0]]])
     places = places[np.abs(places).max(axis=1) > 0.5]
     obstacles, spans = among(Movers(10**9, places), (), pose, 15 * 10**8, d, time, 0.5)
@@ -130,7 +130,8 @@ def test_outlines_hold_every_disc_wherever_it_goes_and_who_is_far_away_is_none()
     angles = np.linspace(0, 2 * np.pi, 33)
     around = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     for i, (part, (_, last)) in enumerate(zip(obstacles, spans, strict=True)):
-        reach = RADIUS + SPEED * (0.5 + (last + 1) * time.dt)  # told half a second before
+        # told half a second before a manoeuvre that begins as late as it may
+        reach = RADIUS + SPEED * (0.5 + d.deadline + (last + 1) * time.dt)
         rim = places[i // each] + reach * around
         assert (rim @ part.A.T <= part.b).all()
         assert (rim @ part.A.T > part.b - 2e-9).any()
@@ -168,13 +169,14 @@ def test_outlines_hold_every_disc_wherever_the_frame_has_drifted():
 @pytest.mark.parametrize(("told", "drifts"), [(12 * 10**8, 1), (9 * 10**8, 2)])
 def test_who_moves_may_be_off_by_each_drift_since_it_was_told(told, drifts):
     off = {"sensor": (0.0, 0.0, 0.0), "drift": 0.05, "margin": 3.0, "mover_speed": 0.0}
-    one, rest, place = Pilot(model(), ROBOT, driving(**off)), np.zeros(2), (1.5, 1.2)
+    one, rest, place = pilot(**off), np.zeros(2), (1.5, 1.2)
     one.hear_goal(sliding.posed(*GOAL))
     one.hear_movers(discs(place, at=9 * 10**8))
     first = one.hear_pose(sliding.odometry(rest, rest, 10**9))
     assert first.new
     one.hear_movers(discs(place, at=told))
     step = one.hear_pose(sliding.odometry(*sliding.after(rest, first.committed.k, 4), 14 * 10**8))
+    assert "no faster than 0.0 m/s, for the 0.1 s of a step in between too" in one.statement(step)
     asked = step.committed.asked.problem
     pairs = zip(asked.obstacles, asked.all_spans, strict=True)
     disc = next(one for one, span in pairs if span is not None)

@@ -83,7 +83,8 @@ def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path
 
 def test_the_node_drives_past_who_may_move_and_says_so(graph, tmp_path):
     told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
-    movers = ("mover_radius:=0.1", "mover_speed:=0.1", "episode:=drive.json")
+    # by 3 mm/s: it may go on for all of the deadline, 300 s, before a manoeuvre begins
+    movers = ("mover_radius:=0.1", "mover_speed:=0.0003", "episode:=drive.json")
     pilot = node(graph, tmp_path, "model:=model.npz", *movers, *ASKED)
     try:
         world = [sys.executable, str(HELPERS / "ros_world.py"), "seen.json", "1.7", "0.9"]

@@ -463,7 +463,7 @@ def test_all_that_a_manoeuvre_rests_on_is_in_its_sentence_and_in_the_file(name):
         "a body (point 0 grown by 0.2 m) among",
         "its measured start is exact: ",
         "; the last scan is 0.0 s older. (E)",
-        "whose pose it is: of the frame 'base_link', which is the model's first reference point",
+        "whose pose it is: of the frame 'base_link'; that it is the model's first reference point",
     ):
         assert words in said
     told = episode_part(one.driven, assumed=one.premises)["premises"]

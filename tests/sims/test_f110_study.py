@@ -2,6 +2,7 @@
 
 import json
 import sys
+from fractions import Fraction
 from types import SimpleNamespace
 
 import jax
@@ -11,9 +12,11 @@ import pytest
 from parc_jax.app.cli import main
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage
+from parc_jax.common.status import Status
 from parc_jax.learning.bound.measure import measure
 from parc_jax.learning.runs.collect import collect
-from sims.f110 import job
+from parc_jax.proof.absence.prove_no_plan import PROVED, NoPlan
+from sims.f110 import few_runs, job
 from sims.f110.lesson import Fold, as_if_of, fitted
 from sims.f110.rows import Row, sentence, table
 from sims.f110.system import seen_as, system
@@ -37,6 +40,24 @@ def test_intervals_bounds_and_promises_have_their_confidence():
     assert "(so 0.109 to 1.03 % of the time, with 95 % confidence)" in said  # 0.1091 to 1.0209 %
     assert "of 1,000 failed (95 %)" in head and "4 (0.109..1.03 %)" in line
     assert "eps holds with at least 95 %" in foot and "of a published claim none" in foot
+
+
+@pytest.mark.parametrize("status", [Status.NO_PLAN, Status.NOT_FOUND])
+def test_that_nothing_was_found_is_told_as_no_proof(status, monkeypatch):
+    kind = PROVED if status is Status.NO_PLAN else "undecided"
+    absence = NoPlan(kind, Fraction(1), Fraction(1), Fraction(2))
+    found = SimpleNamespace(status=status, absence=absence)
+    planner = SimpleNamespace(solve=lambda *_: found)
+    monkeypatch.setattr(few_runs, "Planner", lambda _: planner)
+    model = SimpleNamespace(
+        tube=SimpleNamespace(final=np.ones((1, 5))), claim=SimpleNamespace(eps=None)
+    )
+    learned = SimpleNamespace(model=model, claim="published", fitted="network")
+    row = few_runs.attempt(SimpleNamespace(points=()), None, 60, learned, None).row
+    said, (_, line, _) = sentence(row), table([row])
+    assert "no safe plan found" in line and "NO SAFE PLAN" not in said
+    assert ("This is not a proof" in said) == (status is Status.NOT_FOUND)
+    assert ("Proved in exact arithmetic" in said) == (status is Status.NO_PLAN)
 
 
 def test_files_of_an_older_study_are_gone_where_nothing_is_found(tmp_path, monkeypatch, capsys):

@@ -83,6 +83,7 @@ NAMED = {
         ("q", ("psi [deg]",)),
         ("q", ("speed [m/s]",)),
         ("p", ("across [m]", "along [m]")),
+        ("k", ("vx_kmh", "vy [m/s]")),
     ],
 )
 def test_a_robot_in_other_units_or_of_other_quantities_is_refused(part, words):
@@ -95,12 +96,21 @@ def test_a_robot_in_other_units_or_of_other_quantities_is_refused(part, words):
         require_same(robot, model)
 
 
+def test_a_unit_that_one_of_the_two_alone_tells_is_refused_with_whose_is_missing():
+    units, none = ("vx [m/s]", "vy [m/s]"), ("vx", "vy")
+    for own, other, whose in ((none, units, "system"), (units, none, "model")):
+        said = rf"labels of the {whose}: .* column 'vx \[m/s\]', in its unit .*; got 'vx'"
+        with pytest.raises(InputError, match=said):
+            require_same(Robot(k_labels=own), toy_driven.model().with_labels({"k": other}))
+    require_same(Robot(k_labels=none), toy_driven.model().with_labels({"k": none}))
+
+
 def test_a_plan_is_not_tested_on_a_robot_in_other_units():
     key, planner = jax.random.PRNGKey(0), pj.Planner(toy_driven.model().with_labels(NAMED))
     choice = planner.solve(toy_driven.problem(), key, toy_driven.SETTINGS).choose("room", key)
     other = plant(toy_driven.gusty, 4)
     object.__setattr__(other, "k_labels", ("vx [km/h]", "vy [km/h]"))
-    with pytest.raises(InputError, match=r"expected a label of k for the column 'vx \[km/h\]'"):
+    with pytest.raises(InputError, match=r"the system: .* column 'vx \[m/s\]', .* 'vx \[km/h\]'"):
         choice.test(other, key)
 
 

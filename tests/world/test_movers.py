@@ -9,6 +9,7 @@ from toy_movers import GRID, straight
 
 import parc_jax as pj
 from parc_jax.common.spelling import rounded_up
+from parc_jax.learning.bound.tube import tube
 from parc_jax.statement import about_obstacles
 
 ROBOT = pj.learning.time_grid(0.1, 1.0, 0.1)
@@ -66,10 +67,9 @@ def test_only_what_was_observed_is_a_run(how):
 def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     about = {"step": STEP, "most": 1.5}
     train = pj.problem.mover_runs(walks(12), GRID, of=names(12), every=0.5, **about)
-    held = pj.problem.mover_runs(
-        walks(60, 1), GRID, of=names(60, 12), rng=np.random.default_rng(0), **about
-    )
-    assert held.n == len(set(held.groups)) == 60 and train.n > 100
+    of = names(60, 12) + names(1, 12) * 10  # one was lost and found again ten times
+    held = pj.problem.mover_runs(walks(70, 1), GRID, of=of, rng=np.random.default_rng(0), **about)
+    assert held.n == 70 and len(set(held.groups)) == 60 and train.n > 100
     asked = {"hidden": (4,), "seeds": 1, "steps": 50, "eps": 0.2, "delta": 0.05, "discard": 1}
     model = pj.learn(train, jax.random.PRNGKey(0), holdout=held, quiet=True, **asked)
     assert model.claim.n == 60 and float(model.claim.eps) <= 0.2
@@ -80,7 +80,13 @@ def test_of_each_track_one_window_bounds_and_all_of_them_teach():
     # all that the claim of the tracks says of itself: how surely, of how many, of which law
     assert "against 2 movers, any" in told and "Movers within 0.3 m, until the last" in told
     assert "with confidence 0.95 over 60 recordings each leaves its tube" in told
-    assert f"of its law, {model.claim.quantifier}, each track alike however long it lasts" in told
+    # a mover is a unit of it: all tracks alike are those of the few who have most of them
+    assert f"of its law, {model.claim.quantifier}, each mover alike, then any of its tracks" in told
+    assert "each track alike" not in told
+    tracks = [x.replace(groups=None) for x in (train, held)]
+    model = pj.learn(tracks[0], jax.random.PRNGKey(0), holdout=tracks[1], quiet=True, **asked)
+    alone = pj.problem.mover_obstacles(model, [mover(0.3)], 0.3, ROBOT, 0.0).said
+    assert "with confidence 0.95 over 70 runs each" in alone and "each track alike how" in alone
     assert "with a window around it alike, between logged places, too; of several, and" in told
     assert "add up, if they ignore the robot" in told and "Assumes: IID, " in told
     # errors of the places seen, other than those of the tracks, leave its tube far more often
@@ -284,8 +290,22 @@ def test_a_pose_from_the_future_or_by_another_clock_is_refused(at):
 
 
 def test_who_is_not_of_the_law_is_refused():
-    with pytest.raises(pj.InputError, match=r"up to 2 m/s; this one goes 3 m/s"):
+    with pytest.raises(pj.InputError, match=r"up to 2 m/s, .*; this one goes 3 m/s"):
         pj.problem.mover_obstacles(straight(), [mover(0.0, 3.0)], 0.4, ROBOT, 0.0)
+
+
+def test_who_is_of_a_bin_without_a_claim_is_refused():
+    """ "polytope b: expected finite numbers; got 8 NaN"."""
+    model, wide = straight(), np.array([0.05, np.inf])
+    edges = [[0.0, 1.0, 2.0], [-3.15, 3.15]]
+    held = tube(edges, np.tile(wide[:, None, None], (12, 2)), np.tile(wide[:, None], 2))
+    named = model.labels._asdict()
+    claim = pj.learning.declared_claim(held, "slow ones alone", model.net, GRID, labels=named)
+    slow = pj.learning.trajectory_model(model.net, claim)
+    assert pj.problem.mover_obstacles(slow, [mover(0.0, 0.9)], 0.4, ROBOT, 0.0).obstacles
+    for speed in (1.0, 1.5):  # 1.0: on the edge, of both bins
+        with pytest.raises(pj.InputError, match=rf"a bin of K with a claim; .* goes {speed:g} m/s"):
+            pj.problem.mover_obstacles(slow, [mover(0.0, speed)], 0.4, ROBOT, 0.0)
 
 
 def test_pieces_of_a_track_are_no_more_movers_than_it():

@@ -164,7 +164,7 @@ class _PlanCanvas(_Canvas):
             if run is None and answer.scene.nominal.uncertainty is not None:
                 shown = "one possible run of the model"
             caption = f"{model.system or 'plan'}: {shown}, sample {sample}"
-            lines = caption, told_under(answer).lstrip(), ", ".join(words)
+            lines = caption, told_under(answer.scene).lstrip(), ", ".join(words)
             self.figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9.5)
             self.clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)

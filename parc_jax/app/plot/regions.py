@@ -58,7 +58,7 @@ def regions(answer, table: RegionTable, to=None, *, axes=(0, 1), at=None):
         title, at = counted(table.count, "region"), table.domain.center if at is None else at
         others = [f"{names[i]} = {v:.3g}" for i, v in enumerate(at) if i not in axes]
         title = f"{len(shown)} of {title}, cut at {', '.join(others)}" if others else title
-        ax.set_title(fill(f"{title}{told_under(answer)}", LETTERS), wrap=True)
+        ax.set_title(fill(f"{title}{told_under(answer.scene)}", LETTERS), wrap=True)
         style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
         ax.set_xlabel(names[axes[0]])
         ax.set_ylabel(names[axes[1]])

@@ -42,13 +42,13 @@ def samples(answer, replay=None, to=None, *, most: int = 100):
         if not same or replay.scene is not answer.scene:
             raise InputError(
                 f"samples: expected a replay of the {len(answer.samples)} samples of this answer; "
-                f"got one of {len(replay.plans)} plans, or in another scene."
+                f"got one of {len(replay.plans)} plans, or in another order, or in another scene."
             )
     paths = predicted(answer.model, answer.samples[:count])
     pictures = [_Picture(answer, view, *paths, replay) for view in views_of(n_p)]
     drawn = _in_space if len(pictures) > 1 else _in_plane
     of = "" if count == len(answer.samples) else f"{count} of "
-    of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer)}"
+    of += f"{counted(len(answer.samples), 'safe sample')}{told_under(answer.scene)}"
     return drawn(pictures, to, f"{of}{pictures[0].tally()}")
 
 

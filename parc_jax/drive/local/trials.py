@@ -114,8 +114,8 @@ def ledger_of_tests(
 def one_of_each(
     model: TrajectoryModel, runs: RolloutBatch, rng: np.random.Generator
 ) -> RolloutBatch:
-    """A run of each recording, drawn at random, as its law says where some have several, of runs of
-    the robot of this model that its training has not seen. Raises InputError.
+    """A run of each recording, drawn from those with k in K where it has any, as its law says, of
+    runs of the robot of this model that its training has not seen. Raises InputError.
     """
     # recordings state neither robot nor rotation, and none are taken whose k was measured
     about, free = replace(model.claim.subject, given=()), ("K", "system", "rotation")
@@ -139,9 +139,10 @@ def one_of_each(
     _require_unseen(model.claim, runs)
     groups = np.arange(runs.n) if runs.groups is None else runs.groups
     order = rng.permutation(runs.n)
+    order = order[np.argsort(~K.contains(runs.k[order]), kind="stable")]  # those in K come first
     one = runs.select(np.sort(order[np.unique(groups[order], return_index=True)[1]]))
     law = replace(runs.law, parameters=tuple(sorted({*runs.law.parameters, OF_EACH})))
-    return one if one.n == runs.n else one.replace(law=law)
+    return one if runs.groups is None else one.replace(law=law)
 
 
 def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:

@@ -107,10 +107,9 @@ def validated(
         source = one_of_each(query.model, source, draws)
     else:
         require_same(source, query.model)
-        whole = source.domain
-        if not np.array_equal([K.lo, K.hi], [whole.lo, whole.hi]):
-            told = f"validate: expected a system with the K of the model, {K.lo} .. {K.hi}; got "
-            raise InputError(f"{told}{whole.lo} .. {whole.hi}. Give it that domain.")
+        if K.text != (own_K := source.domain.text):
+            told = f"validate: expected a system with the K of the model, {K.text}; got {own_K}"
+            raise InputError(f"{told}. Give it that domain.")
     start = trial_of(query.model.claim, source, jax.random.fold_in(own, 3))
     look = asked.looks.take(answer.looks)
     if isinstance(source, RolloutBatch):

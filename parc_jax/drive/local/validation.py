@@ -31,6 +31,7 @@ SCALES = tuple(round(0.95**i, 3) for i in range(36))
 SCALES_OF_SHAPE = tuple(round(4 * 0.85**i, 3) for i in range(28))
 WAY = 0.65  # part of the scale on the way
 RISK_AND_DELTA, OF_RECORDINGS = (0.003, 1e-3), (0.15, 0.05)  # by default
+UNLIKE = "That is not how the model's runs go: compare units, the order of k, and the robot."
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Validation:
         drawn = "drawn from them"
         if recorded(claim):
             start = "a start drawn for it" if found.scene.at is None else "this start"
-            drawn = f"for k of one run, drawn from a new recording, from {start},"
+            drawn = f"for k of one run, drawn from a new recording's with k in K, from {start},"
         return (
             f"Validated in this scene, by {claim.law.describe()}: at least "
             f"{rounded_down(100 * at_least, 3)} % of {of_all}, with confidence {sure}. A plan "
@@ -181,5 +182,6 @@ class Validation:
         allowed = most_discards(first.n, float(asked.risk), float(asked.delta))
         return (
             f"{none} of {first.n:,} tests of the first one {first.failed:,} failed, where a risk "
-            f"of {risk} allows {allowed:,}. Allow more risk."
+            f"of {risk} allows {allowed:,}. "
+            f"{UNLIKE if 2 * first.failed > first.n else 'Allow more risk.'}"
         )

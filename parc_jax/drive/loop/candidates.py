@@ -116,8 +116,14 @@ class Leaving(NamedTuple):
 
 def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
     """When manoeuvres of a model may be left, from `leave` [s] on, which is called
-    `name`. Raises InputError, also for a time at which no run of the claim was left.
+    `name`. Raises InputError, also for a time at which no run of the claim was left, and for runs
+    that began later than their command.
     """
+    if "begin" in (cut := model.claim.law.cut) and not cut["begin"].startswith("0 s "):
+        raise InputError(
+            "Loop: expected a model whose runs begin with their command, as a manoeuvre does; "
+            f"those of its claim begin {cut['begin']}. Learn it from bags with after=0."
+        )
     dt, n = Fraction(model.time.dt), model.time.n_steps
     seconds = float(as_float64(name, leave, ()))
     intervals = math.ceil(seconds / model.time.dt - float(SAME))

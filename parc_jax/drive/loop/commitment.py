@@ -215,8 +215,8 @@ def copies_of(asked: NominalProblem) -> int:
 
 def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
     """Raises InputError unless these follow each other, none left out, in one loop's episode."""
-    if not isinstance(commitments, Sequence) or not commitments:
-        raise InputError(f"{where}: expected at least one commitment; got {commitments!r:.60}.")
+    if not isinstance(commitments, Sequence) or {*map(type, commitments)} != {Commitment}:
+        raise InputError(f"{where}: expected a list of commitments alone; got {commitments!r:.60}.")
     for one, other in pairwise(commitments):
         agree(f"{where}: commitments of one loop", one.shared, other.shared)
         if other.number != one.number + 1 or one.episode is not other.episode:

@@ -21,7 +21,7 @@ from parc_jax.learning.runs.chunks import cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 
-FORMAT = "parc_jax.episodes/7"
+FORMAT = "parc_jax.episodes/8"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 EACH = 100  # of so many episodes one is driven again
 OTHER = 2**64  # a number that no episode has: of the first world another drive
@@ -137,16 +137,14 @@ def drive_episodes(
     words = key_data(stream(key, Stage.EPISODE))
     require_of_seeds(law, task_of(words, 0).of_world)
     named = [with_digest(getattr(x, "__name__", type(x).__name__), x) for x in (law, drive)]
-    meta = {}
-    if folder is not None:
-        meta = {
-            "format": FORMAT,
-            "drive": whole_digest(drive),
-            "law": whole_digest(law),
-            "seed": list(seed_of(key)),
-            "delta": str(delta),
-            "looks": declared,
-        }
+    meta = {
+        "format": FORMAT,
+        "drive": whole_digest(drive),
+        "law": whole_digest(law),
+        "seed": list(seed_of(key)),
+        "delta": str(delta),
+        "looks": declared,
+    }
     with Ledger(folder, meta) as ledger:
         done = ledger.done
         tasks = [task_of(words, i) for i in range(n) if i not in done]

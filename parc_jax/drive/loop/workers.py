@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from parc_jax.checker.entries import hash_of
 from parc_jax.common.errors import InputError, is_text
 from parc_jax.common.said import most_and_often
+from parc_jax.learning.systems.content import whole_digest
 from parc_jax.learning.systems.fleet import Processes
 from parc_jax.learning.systems.user_code import own_place, said
 
@@ -122,8 +122,8 @@ def run_one(drive: Callable, law: Callable, task: Task) -> Driven:
         told_of = (one.asked.problem.rests_on for one in committed)
         rests = most_and_often((x, dict.fromkeys(x, 1)) for x in told_of)
         drifted = sum({id(one.episode): one.drifted for one in committed}.values(), 0.0)
-        poses = ((one, one.asked.pose) for one in committed)  # of several robots, in any order
-        begun = sorted(hash_of([repr(x), at.place.tolist(), at.heading]) for x, at in poses)
+        asked = ([repr(one), one.asked.pose, one.asked.problem] for one in committed)
+        begun = sorted(map(whole_digest, asked))  # of several robots, in any order
         found = loops, min(short, default=None), told_then, *map(dict, rests), begun, drifted
         return Driven(task.number, bool(touched), left, "", told, *found)
     except (Exception, SystemExit) as error:

@@ -48,7 +48,7 @@ TO_ALL, TO_TRAINING, TO_OTHERS = FITS  # where not one of a log's runs was left 
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
 GIVEN = "given "  # begins that of values
 LEFT = " left out"  # ends the number of windows that are no runs
-OF_EACH = f"{OURS}runs", "one drawn from each recording"  # where some have several
+OF_EACH = f"{OURS}runs", "one drawn from those of each recording with k in K"  # of groups
 APART = " s apart in the median"  # ends how far the clocks of these recordings were
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
@@ -109,8 +109,8 @@ class LawSpec:
     @property
     def cut(self) -> Premises:
         """How its runs were cut out of what was logged; none where nobody says."""
-        ours = (x for x in self.parameters if x[0].startswith(OURS) and x[0] not in (BOX, FITTED))
-        how = (x for x in ours if not x[1].endswith((LEFT, APART, OF_EACH[1])))
+        told = (x for x in self.parameters if x[0] not in (BOX, FITTED, OF_EACH[0]))
+        how = (x for x in told if x[0].startswith(OURS) and not x[1].endswith((LEFT, APART)))
         return premises((name.removeprefix(OURS), MEASURED, value) for name, value in how)
 
     def describe(self) -> str:

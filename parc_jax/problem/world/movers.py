@@ -211,10 +211,12 @@ def mover_obstacles(
                 f"mover_obstacles: expected a model of `mover_runs` for steps of {mover.step:g} s, "
                 f"as this mover was seen; got one with k = {', '.join(model.labels.k)}."
             )
-        if not model.domain.contains(mover.k[None])[0]:
+        k, tube = mover.k[None], model.tube
+        if not (model.domain.contains(k)[0] and tube.claimed[tube.bins_of(k)].all()):
             raise InputError(
                 f"mover_obstacles: expected a mover within the law of its tracks, up to "
-                f"{model.domain.hi[0]:.3g} m/s; this one goes {mover.k[0]:.3g} m/s."
+                f"{model.domain.hi[0]:.3g} m/s, in a bin of K with a claim; this one goes "
+                f"{k[0, 0]:.3g} m/s, turned by {k[0, 1]:.3g} rad. Try more tracks, or fewer bins."
             )
         ends = max(age, 0.0) + time.dt * (np.array(parts) + np.array([0, 1]))
         A = directions(mover.heading)
@@ -232,12 +234,15 @@ def mover_obstacles(
                 f"mover_obstacles: expected a claim of windows {EVENLY}; got one of "
                 f"{model.claim.law.describe()}. Bound it by runs of mover_runs(..., rng=...)."
             )
+        alike = "each track alike"
+        if "rows" in p:  # movers are counted, each by its worst track
+            alike = "each mover alike, then any of its tracks (of all tracks together: nothing)"
         some += f", any of which leaves with at most {rounded_up(min(Fraction(1), n * eps))}"
         held = (
             f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
             f"leaves its tube with probability at most {rounded_up(eps)} from a moment of a track "
-            f"of its law, {p['law']}, each track alike however long it lasts (of those present at "
-            "a moment more are long), and each of its moments with a window around it alike, "
+            f"of its law, {p['law']}, {alike} however long it lasts (of those present at a moment "
+            "more are long), and each of its moments with a window around it alike, "
             "between logged places, too; of several, and of several moments, each drawn so, these "
             "add up"
         )

@@ -51,9 +51,10 @@ def require_same(system: System, model: TrajectoryModel) -> None:
     where = f"system: the system of this model, {about.system or 'unnamed'!r}, and {own.system!r}"
     hint = "Name the system that the model was learned from, or learn this one."
     about.agree(where, own, free, hint)
-    # a model may be given other names, but no other units
+    # a model may be given other names, but no other units: of one alone nobody knows
     for part in sorted({*PARTS} - plain_parts(own.labels) - plain_parts(about.labels)):
-        about.check_renamed(where, part, getattr(own.labels, part))
+        own.check_renamed("labels of the system", part, getattr(about.labels, part))
+        about.check_renamed("labels of the model", part, getattr(own.labels, part))
     if law.generator == own.system:
         told = law_of(system)
         # a part of K, and where it is simulated, may differ, but no disturbance of that name

@@ -1,0 +1,143 @@
+"""How a pilot reads a pose and what is measured with it: as the model's runs had them."""
+
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from parc_jax.bags.recording import frames_of, value_at
+from parc_jax.common.errors import InputError
+from parc_jax.common.premises import MEASURED, Premises, agree, premises
+from parc_jax.drive.loop.candidates import given_axes
+from parc_jax.learning.labels import name_of
+from parc_jax.learning.model import TrajectoryModel
+from sims.driving import Driving
+from sims.ros.outline import ROUNDED
+
+OF_BODY = re.compile(r"twist\.(?!.*\.z$).*")  # along or around axes that turn with the heading
+NO_FRAME = "(none)"  # as laws of bags have it
+
+
+class Readings:
+    """Reads given parameters, and compares messages with what is known of the model's runs.
+
+    named: of the given parameters. Raises InputError for paths that are more or fewer, or others
+    than the law of the runs, or their names, tell.
+    """
+
+    def __init__(self, model: TrajectoryModel, driving: Driving):
+        law, self._paths = model.claim.law.cut, driving.given
+        self.named = [name_of(model.labels.k[axis]) for axis in given_axes(model, None)]
+        n, got = len(self.named), len(self._paths)
+        if n != got:
+            hint = " Learn one of a system that names in `given` what it measures at the start."
+            raise InputError(
+                f"given: expected {n} numbers in the messages of poses, one for each given "
+                f"parameter of the model; got {got}.{'' if n else hint}"
+            )
+        if "given" in law:
+            learned = law["given"].rpartition("pose, ")[2].split(", ")
+            alike = len(learned) == n and all(map(_ends_as, learned, self._paths))
+            self._require(alike, learned)
+        self._require(not _exchanged(self.named, self._paths), self.named)
+        frame = law["pose"].rpartition(" -> ")[2] if "pose" in law else NO_FRAME
+        self._learned = "" if frame == NO_FRAME else frame
+        self._uncertain = driving.uncertainty_heading
+        self.takes_twist = model.rotation is None and any(map(OF_BODY.fullmatch, self._paths))
+        self._tracked: Premises | None = None
+
+    def given(self, message: Any) -> list[float]:
+        """Values of the given parameters in the message of a pose. Raises InputError, also where
+        the name of one is another place in the message.
+        """
+        for name, path in zip(self.named, self._paths, strict=True):
+            self._require(name == path or not _is_in(message, name), self.named)
+        return [value_at(message, path, "pose") for path in self._paths]
+
+    def follow(self, message: Any) -> None:
+        """Remember whose pose it is. Raises InputError for others than that of the model's runs, or
+        of the message before.
+        """
+        frame = frames_of(message)[1]
+        if self._learned and frame and frame != self._learned:
+            raise InputError(
+                f"pose: expected that of {self._learned!r}, as in the model's runs, which is its "
+                f"first reference point; got that of {frame!r}. Publish the pose of that frame, or "
+                "learn from poses of this one."
+            )
+        tracked = premises([("whose pose it is", MEASURED, frame)])
+        agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
+        self._tracked = tracked
+
+    def turned(self, heading: float) -> str:
+        """Why nothing may begin at a heading [rad] where a twist is given, or an empty text: what
+        is given is exact, and along the frame's axes a twist is so at a heading of 0 alone.
+        """
+        off = abs(math.remainder(heading, 2 * math.pi)) + self._uncertain
+        if not self.takes_twist or off <= ROUNDED:
+            return ""
+        return (
+            f"the twist of a pose is of a body that may be turned by {off!r} rad, "
+            "uncertainty_heading included, and the model, which has no rotation, takes it along "
+            "the frame's axes, as exact; turn it back, or learn a model with one"
+        )
+
+    @property
+    def premises(self) -> dict[str, str]:
+        """What manoeuvres rest on of it: by name, in words."""
+        frame = "" if self._tracked is None else self._tracked["whose pose it is"]
+        whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
+        first, runs = "the model's first reference point", self._learned
+        known = f", {first}, as in its runs"
+        unknown = f"; that it is {first} is assumed: its runs are of "
+        unknown += f"{runs!r}" if runs else "a frame that no law names"
+        told = {"whose pose it is": whose + (known if frame and frame == runs else unknown)}
+        if self.named:
+            each = zip(self.named, self._paths, strict=True)
+            told["measured at the start"] = (
+                f"{', '.join(f'{name} is {path}' for name, path in each)} of the message of the "
+                "pose, as in the model's runs"
+            )
+        if self.takes_twist:
+            told["measured at the start"] += (
+                "; a twist, which is of the body, is taken along the frame's axes, where the "
+                f"heading is 0 within ±{ROUNDED!r} rad, its uncertainty included"
+            )
+        return told
+
+    def _require(self, holds: bool, own: Sequence[str]) -> None:
+        if not holds:
+            raise InputError(
+                f"given: expected {', '.join(own)}, in this order, which the model was learned "
+                f"with; got {', '.join(self._paths)}."
+            )
+
+
+def _ends_as(one: str, other: str) -> bool:
+    """Whether two paths are one, or one is the end of the other: a message inside of a message."""
+    shorter = min(len(path.split(".")) for path in (one, other))
+    return one == other or 1 < shorter == _alike(one, other)
+
+
+def _exchanged(named: Sequence[str], paths: Sequence[str]) -> bool:
+    """Whether a name ends more as the path of another parameter does than as its own."""
+    return any(
+        _alike(name, path) < max(_alike(name, other) for other in paths)
+        for name, path in zip(named, paths, strict=True)
+    )
+
+
+def _alike(name: str, path: str) -> int:
+    """How many words both have in common at their ends."""
+    pairs = zip(name.split(".")[::-1], path.split(".")[::-1], strict=False)
+    return sum(1 for _ in itertools.takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def _is_in(message: Any, name: str) -> bool:
+    """Whether a name is the path of a number in a message."""
+    try:
+        value_at(message, name, "pose")
+    except InputError:
+        return False
+    return "." in name
