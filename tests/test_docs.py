@@ -188,8 +188,9 @@ def test_commands_shown_are_commands_that_the_shell_takes(monkeypatch):
 
 
 def test_scenes_shown_are_scenes():
+    from scene_text import problem_of_text
+
     import sims.rectangle
-    from parc_jax.problem.problem_file import problem_of_text
 
     wrong = []
     for page in PAGES:

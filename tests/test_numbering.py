@@ -6,6 +6,7 @@ import copy
 import json
 
 import pytest
+from scene_text import problem_of_text
 from toy_answer import SEP, toy_answer
 from toy_models import line_model
 
@@ -39,7 +40,7 @@ def scene(obstacles, spans=None):
 @pytest.mark.parametrize(
     "wrong",
     [
-        lambda: pj.exchange.problem_of_text(SCENE, "scene.toml"),
+        lambda: problem_of_text(SCENE),
         lambda: scene([BLOCK, pj.box([1], [2])]),
         lambda: scene([BLOCK, BAND]),
         lambda: scene([BLOCK, BLOCK], [None, (0, 4)]),

@@ -3,6 +3,7 @@ its answer, which `parc-jax check` would take. They say of which plans no run in
 its own touches anything or misses the goal; how likely runs are in that tube they do not say.
 """
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,10 @@ def _held(instance: Instance, path: Path, p0: np.ndarray, k: np.ndarray) -> np.n
     from parc_jax.proof.certificate.write import problem_part
 
     proved, box = load_answer(path), instance.black_box
-    asked = read_scene(instance.scene_text, box.points, box.n_p, len(box.q))
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene.toml"
+        scene.write_text(instance.scene_text)
+        asked = read_scene(scene, box.points, box.n_p, len(box.q))
     whole = pj.Planner(proved.model).prepare(asked).scene.nominal.query.nominal()
     if problem_part(whole.problem, proved.model) != problem_part(
         proved.scene.problem, proved.model

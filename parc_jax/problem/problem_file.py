@@ -77,24 +77,10 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     return model.with_labels(labels)
 
 
-def problem_of_text(text: str, name: str, points: Sequence[str] | None = None) -> Problem:
-    """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
-    InputError.
-    """
-    data = _parsed(text, name)
-    with naming(name):
-        return _problem(data, points)
-
-
 def _data(path):
-    with reading(path, "a text file in TOML"):
-        return _parsed(Path(path).read_text(encoding="utf-8-sig"), str(path))
-
-
-def _parsed(text: str, name: str):
-    """The data of a file called `name`, with exact decimals."""
-    with reading(name, "a scene in TOML"):
-        return tomllib.loads(text, parse_float=Decimal)
+    """The data of a file, with exact decimals."""
+    with reading(path, "a scene in TOML"):
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"), parse_float=Decimal)
 
 
 def save_problem(

@@ -4,11 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scene_text import problem_of_text
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.problem.problem_file import load_problem, problem_of_text, save_problem
+from parc_jax.problem.problem_file import load_problem, save_problem
 from parc_jax.problem.uncertainty import Uncertainty
 
 SCENE = """

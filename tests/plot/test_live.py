@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from compilations import compiled_by
 from needs import need
+from scene_text import problem_of_text
 from scipy.optimize import linprog
 from toy_bodies import points_model
 from toy_models import line_model, told
@@ -26,7 +27,6 @@ from parc_jax.common.spelling import rounded_down
 from parc_jax.learning.network.predict import by_point
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import Span
-from parc_jax.problem.problem_file import problem_of_text
 from parc_jax.problem.world.free_space import free_place
 from parc_jax.safe_set.verdict.pointwise import paths_of, verdicts
 from parc_jax.safe_set.verdict.scene import scene_of

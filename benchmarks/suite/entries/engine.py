@@ -16,7 +16,7 @@ from benchmarks.suite.entries import kit
 from parc_jax.common.sets.hull import halfspace_intersection, scaled_around
 from parc_jax.learning.runs.batch import RolloutBatch, rollout_batch
 from parc_jax.learning.runs.law import law_spec
-from parc_jax.problem.problem_file import problem_of_text
+from parc_jax.problem.problem_file import load_problem
 from parc_jax.proof.regions import regions_of
 
 KNOTS = 40  # of a model, at most
@@ -55,12 +55,12 @@ def batch(task: kit.Task, k, p, q, box: pj.types.Box, law: str = "uniform") -> R
 
 def scene(task: kit.Task, path) -> pj.types.Problem:
     """The scene as parc_jax reads it, whose goals bound every further state."""
-    return read_scene(Path(path).read_text(), task.told["points"], task.n_p, len(task.told["q"]))
+    return read_scene(path, task.told["points"], task.n_p, len(task.told["q"]))
 
 
-def read_scene(text: str, points: Sequence[str], n_p: int, n_q: int) -> pj.types.Problem:
-    """The same of a text."""
-    asked = problem_of_text(text, "scene.toml", points=tuple(points))
+def read_scene(path, points: Sequence[str], n_p: int, n_q: int) -> pj.types.Problem:
+    """The same for these points and sizes."""
+    asked = load_problem(path, tuple(points))
     told = n_p * (len(points) if asked.points else 1)
     free = told + n_q - asked.goal.n
     if not free:
