@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.app.files.onnx_file import read_onnx
 from parc_jax.common.arrays import real
 from parc_jax.common.errors import InputError, reading
 from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, fold, relu_network
@@ -17,18 +16,16 @@ def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwor
     unreadable part. Of a robot with several reference points: (c_0 without its first point, c_1 ...
     c_T, q), point by point.
 
-    path: an .npz of arrays by the names of a PyTorch state dict, as of `from_state_dict`, or an
-        .onnx of a chain of Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity.
+    path: an .npz of arrays by the names of a PyTorch state dict, as of `from_state_dict`.
     normalisation: the network computes y_mean + y_scale * net((k - x_mean) / x_scale); it is folded
     into the weights, and the equality is checked on random inputs.
     """
     path = Path(path)
-    if path.suffix == ".onnx":
-        return normalised(read_onnx(path), normalisation)
     if path.suffix != ".npz":
         raise InputError(
-            f"{path}: expected a network as .npz or .onnx. A state dict of torch is written by "
-            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()})."
+            f"{path}: expected a network as .npz. A state dict of torch is written by "
+            "np.savez(path, **{k: v.numpy() for k, v in net.state_dict().items()}); .onnx is read "
+            "by read_onnx of benchmarks.peers.onnx_network, in a clone."
         )
     return from_state_dict(read_npz(path), normalisation, str(path))
 

@@ -11,9 +11,9 @@ from needs import need
 from toy_bodies import points_model, points_problem
 from toy_models import host_outputs, random_network
 
+from benchmarks.peers import onnx_network as chains
+from benchmarks.peers.onnx_network import read_onnx
 from benchmarks.peers.question import safety_question, vnnlib, write_onnx, write_question
-from parc_jax.app.files import onnx_file as chains
-from parc_jax.app.files.onnx_file import read_onnx
 from parc_jax.common.errors import InputError, SoundnessError
 from parc_jax.planner import Planner
 from parc_jax.proof.regions import enumerate_regions

@@ -4,19 +4,20 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.app.files.network_file import normalised
 from parc_jax.common.errors import InputError, SoundnessError, reading
 from parc_jax.common.on_use import package
 from parc_jax.learning.network.predict import outputs
-from parc_jax.learning.network.relu import ReLUNetwork, relu_network
+from parc_jax.learning.network.relu import Normalisation, ReLUNetwork, relu_network
 
 KNOWN = "Gemm, MatMul, Add, Sub, Mul, Div, Relu, Flatten, Identity, Dropout, Constant"
 ROUNDED = 1e-4  # [of its outputs, or 1] from what onnx computes of the file, mostly in float32
 
 
-def read_onnx(path: Path) -> ReLUNetwork:
+def read_onnx(path: Path, normalisation: Normalisation | None = None) -> ReLUNetwork:
     """The network of an ONNX file with one input and one output, by the numbers that it stores.
-    Raises InputError that names the unreadable part, SoundnessError where onnx itself computes
-    something else on random inputs.
+    normalisation: as of `parc_jax.exchange.load_network`. Raises InputError that names the
+    unreadable part, SoundnessError where onnx itself computes something else on random inputs.
     """
     onnx, reference = (package(name, "ONNX files") for name in ("onnx", "onnx.reference"))
     with reading(path, "an ONNX file", Exception):  # protobuf has errors of its kinds
@@ -58,7 +59,7 @@ def read_onnx(path: Path) -> ReLUNetwork:
         gap = np.abs(told - outputs(net, x)).max(axis=1) / np.fmax(1.0, np.abs(told).max(axis=1))
     if not gap.max() <= ROUNDED:
         raise SoundnessError(f"{path}: the folded network differs by {gap.max():.1e} (relative).")
-    return net
+    return normalised(net, normalisation)
 
 
 def _after(kind: str, of: dict, first: bool, others: list, W: np.ndarray, b: np.ndarray):
