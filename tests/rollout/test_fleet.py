@@ -3,6 +3,7 @@ with its worker has failed unless the user says that workers go away, nothing is
 with another program.
 """
 
+import importlib
 import logging
 import multiprocessing
 import os
@@ -402,6 +403,87 @@ def test_what_own_workers_hold_otherwise_is_named(function, name, monkeypatch):
     with pytest.raises(InputError, match=rf"the program that is here; .* has another {name}\. Set"):
         pj.learning.collect(made, KEY, n=8, quiet=True)
     made.close()
+
+
+PRIVATE = """
+class Site:
+    {}
+    def __init__(self): self.__gust = 0.0
+    gust = property(lambda self: self.__gust)
+SITE = Site()"""
+# what a module holds, a number that its run takes from there, a change of it, and its name
+HELD = {
+    "a function in a library's wrapper": (
+        """
+GUST = 0.0
+@functools.singledispatch
+def drift(of): return 0.0
+@drift.register
+def _of_int(of: int): return GUST""",
+        *("drift(1)", "GUST = 1.0", "drift"),
+    ),
+    "a function in an object of the user's that wraps": (
+        """
+class Calls:
+    def __init__(self, f): self.gain = 0.0; functools.update_wrapper(self, f)
+    def __call__(self): return self.gain * self.__wrapped__()
+@Calls
+def drift(): return 1.0""",
+        *("drift()", "drift.gain = 1.0", "drift"),
+    ),
+    "a table after many objects": (
+        """
+class Post: pass
+POSTS, SITE = [Post() for _ in range(25_000)], {"gust": np.zeros(1)}""",
+        *("0 * len(POSTS) + SITE['gust'][0]", "SITE['gust'][0] = 1.0", "SITE"),
+    ),
+    "a private attribute": (PRIVATE.format(""), "SITE.gust", "SITE._Site__gust = 1.0", "SITE"),
+    "a private slot": (
+        PRIVATE.format("__slots__ = '__gust'"),
+        *("SITE.gust", "SITE._Site__gust = 1.0", "SITE"),
+    ),
+    "a function of arrays": (
+        "GUST, drift = 0.0, np.frompyfunc(lambda of: GUST, 1, 1)",
+        *("float(drift(1.0))", "GUST = 1.0", "GUST"),
+    ),
+    "a property of a class": (
+        """
+GUST = 0.0
+class Kind(type): gust = property(lambda cls: GUST)
+class Site(metaclass=Kind): pass""",
+        *("Site.gust", "GUST = 1.0", "GUST"),
+    ),
+    "arrays in a table": (
+        "SITE = [np.array(['north', 0.0], object), np.zeros(1)]",
+        *("SITE[1][0]", "SITE[1] = np.zeros((1, 1), '>i4')", "SITE"),
+    ),
+    "a pointer, and a weak reference": (
+        "GUST, ONE = 0.0, np.zeros(1)\nSITE = [ctypes.pointer(ctypes.c_int(0)), weakref.ref(ONE)]",
+        *("SITE[0].contents.value + 0 * bool(SITE[1]()) + GUST", "GUST = 1.0", "GUST"),
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", HELD)
+def test_own_workers_are_taken_until_what_they_do_not_import_has_changed(
+    what, tmp_path, monkeypatch
+):
+    made, used, change, name = HELD[what]
+    module = f"held_{[*HELD].index(what)}"
+    (tmp_path / f"{module}.py").write_text(
+        f"import ctypes, functools, weakref\nimport numpy as np\n{made}\n"
+        f"def walk(rng, k): return k[0] + {used} + np.zeros((3, 2)), [k[0]]\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    walk = importlib.import_module(module).walk
+    walk(None, np.zeros(1))  # a run here fills what a library keeps
+    own = system(None, walk, workers=1)
+    assert not pj.learning.collect(own, KEY, n=4, quiet=True).failed.any()
+    exec(change, walk.__globals__)
+    with pytest.raises(InputError, match=rf"has another {module}\.{name}\. Set globals where"):
+        pj.learning.collect(own, KEY, n=4, quiet=True)
+    own.close()
 
 
 @pytest.mark.night

@@ -6,8 +6,8 @@ this has changed, though name and law are the same. Loads NumPy alone, for worke
 
 import contextlib
 import dis
+import gc
 import hashlib
-import marshal
 import sys
 import types
 from collections.abc import Iterator, Mapping
@@ -35,8 +35,8 @@ _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in s
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_ASSERTION_ERROR")
 _WRITTEN = ("__repr__", "__annotate__", "__annotate_func__", "_value2member_map_")  # no numbers
 # of libraries, what is private decides no number, or is filled by each run
-_SERVING = ("logging.", "threading.", "concurrent.", "multiprocessing.", "asyncio.")
-_RUNNING = ("parc_jax.", "mujoco._structs.MjData", *_SERVING)
+SERVING = ("logging.", "threading.", "concurrent.", "multiprocessing.", "asyncio.")
+_RUNNING = ("parc_jax.", "mujoco._structs.MjData", *SERVING)
 _MAKING = ("__init__", "__post_init__", "__new__")
 _OF_TUPLES = ("__new__", "__getnewargs__", "_make", "_replace", "_asdict")  # with named items
 
@@ -76,19 +76,19 @@ def whole_digest(x) -> str:
 
 class Reader:
     """Digests of objects by content. lasting: the digest is the same in another process. private:
-    such a one, of all attributes, and of opaque objects as they are copied. spawned: such a one,
-    of what processes of the same files may hold otherwise. named: by name, those of parts first.
+    such a one, of all attributes, and of opaque objects as they are copied. named: by name, those
+    of parts first.
     """
 
-    def __init__(self, lasting: bool, private: bool = False, spawned: bool = False):
-        self.lasting, self.private, self.spawned = lasting, private, spawned
+    def __init__(self, lasting: bool, private: bool = False):
+        self.lasting, self.private = lasting, private
         self.held: list = []
         self.named: dict[str, str] = {}
         self._cached: dict[object, str] = {}
 
     def digest(self, x) -> str:
         """Equal content, equal digest."""
-        if type(x) in _PLAIN or (isinstance(x, _PLAIN) and not is_own(_file_of(type(x)))):
+        if type(x) in _PLAIN or (isinstance(x, _PLAIN) and not is_own(file_of(type(x)))):
             return f"{type(x).__name__} {x!r}"
         return self._once(id(x), x, lambda: self._parts(x))
 
@@ -102,13 +102,13 @@ class Reader:
         names = dict.fromkeys(f.name for f in fields(x)) if is_dataclass(x) else {}
         names |= dict.fromkeys(getattr(x, "__dict__", {}))
         for cls in type(x).__mro__:
-            slots = cls.__dict__.get("__slots__", ())
-            names |= dict.fromkeys((slots,) if isinstance(slots, str) else slots)
+            if "__slots__" in vars(cls):  # by their members: `__x` has another name there
+                names |= {y: 0 for y, d in vars(cls).items() if isinstance(d, _SHOWN[1])}
         for name in names:
             if hasattr(x, name) and not (self.lasting and self._hidden(x, name)):
                 table = name.removeprefix("_")  # SciPy completes some as they are asked for
                 asked = isinstance(getattr(type(x), table, None), property)
-                asked &= self.lasting and _name_of(type(x)).startswith("scipy.")
+                asked &= self.lasting and name_of(type(x)).startswith("scipy.")
                 yield name, getattr(x, table if asked else name)
 
     def _hidden(self, x, name: str) -> bool:
@@ -123,17 +123,17 @@ class Reader:
 
     def _is_whole(self, x, name: str = "") -> bool:
         """Whether private parts of that name count: a library's are named by none of the user's."""
-        runs = _name_of(type(x)).startswith(_RUNNING) or x is np.random.rand.__self__
+        runs = name_of(type(x)).startswith(_RUNNING) or x is np.random.rand.__self__
         derived = name not in getattr(x, "__dataclass_fields__", (name,))
-        return self.private or not (runs or derived or is_own(_file_of(type(x))))
+        return self.private or not (runs or derived or is_own(file_of(type(x))))
 
     def _once(self, key, x, parts) -> str:
         if key in self._cached:
             return self._cached[key]
         self.held.append(x)
         has_name = isinstance(x, types.FunctionType | type)  # these are always read
-        if len(self.held) > _MOST and not has_name and (self.spawned or not self.lasting):
-            return self.digest_of_type(x) if self.spawned else self._opaque(x)
+        if len(self.held) > _MOST and not has_name and not self.lasting:
+            return self._opaque(x)
         self._cached[key] = "itself"  # a cycle
         digest = hashlib.blake2b(digest_size=16)
         for part in parts():
@@ -141,28 +141,24 @@ class Reader:
             digest.update(b"\0")
         told = self._cached[key] = digest.hexdigest()
         if has_name:
-            self.named[_name_of(x)] = told
+            self.named[name_of(x)] = told
         return told
 
     def _opaque(self, x) -> str:
         if not self.lasting:
-            return f"{_name_of(type(x))} {id(x)}"
+            return f"{name_of(type(x))} {id(x)}"
         if not self._is_whole(x):
-            return _name_of(type(x))
+            return name_of(type(x))
         # copies of compiled classes may hold addresses: tables that they show tell more
         shown = {y: d for cls in reversed(type(x).__mro__) for y, d in vars(cls).items()}
         shown = [y for y, d in shown.items() if isinstance(d, _SHOWN) and not y.startswith("_")]
         tables = [y for y in (getattr(x, y, None) for y in shown) if isinstance(y, _TABLE)]
         known = any(isinstance(y, np.ndarray) for y in tables)
-        return _name_of(type(x)) + self.digest(tables if known else _copied(x))
+        return name_of(type(x)) + self.digest(tables if known else _copied(x))
 
     def _parts(self, x) -> Iterator:
         yield type(x).__qualname__
-        if self.spawned and type(x) in (dict, list, tuple, set, frozenset):
-            with contextlib.suppress(ValueError):  # many plain items at once; others are not taken
-                yield marshal.dumps(x, 2)  # from 3 on it tells which are one object
-                return
-        if isinstance(x, _BASES) and is_own(_file_of(type(x))):  # has methods beside its items
+        if isinstance(x, _BASES) and is_own(file_of(type(x))):  # has methods beside its items
             yield self.digest_of_type(x)
             yield from (self.digest(part) for part in self.attributes(x))
         jax = sys.modules.get("jax")  # an object of JAX was made by it
@@ -225,20 +221,23 @@ class Reader:
                 yield self.digest(x.__self__)
         elif isinstance(x, types.ModuleType | np.ufunc):
             yield (name := getattr(x, "__name__", ""))
-            if self.spawned and name.startswith("jax"):
+            if isinstance(x, np.ufunc):  # the function in one of `np.frompyfunc`
+                yield from map(self.digest, filter(callable, gc.get_referents(x)))
+            elif name.startswith("jax"):
                 self.named["jax_enable_x64"] = str(sys.modules["jax"].config.jax_enable_x64)
-        elif not (self.spawned and _name_of(type(x)).startswith((*_SERVING, "ctypes.CDLL"))):
+        else:
             yield from self._object(x)
 
     def _object(self, x) -> Iterator:
         if (inner := getattr(x, "__wrapped__", None)) is not None:  # jitted and cached functions
             yield self.digest(inner)
-            return
+            if not is_own(file_of(type(x))):
+                return
         if told := _is_value(x) and repr(x):  # first: some keep what they told
             yield told  # which may leave out of a large one what its copies are made of
             yield self.digest(_copied(x))
         named = list(self.attributes(x))
-        if not told and not named and not is_dataclass(x) and not is_own(_file_of(type(x))):
+        if not told and not named and not is_dataclass(x) and not is_own(file_of(type(x))):
             yield self._opaque(x)
             return
         yield self.digest_of_type(x)
@@ -246,8 +245,10 @@ class Reader:
             yield from (name, self.digest(value))
 
     def _class(self, cls: type, besides: tuple[str, ...] = ()) -> Iterator:
-        yield _name_of(cls)
-        for base in (base for base in cls.__mro__ if is_own(_file_of(base))):
+        yield name_of(cls)
+        if is_own(file_of(type(cls))):
+            yield self.digest(type(cls))
+        for base in (base for base in cls.__mro__ if is_own(file_of(base))):
             # by name: a class that was sent by value has them in another order
             for name, value in sorted(vars(base).items()):
                 if name in _WRITTEN + besides or (name in _OF_TUPLES and "_fields" in vars(base)):
@@ -259,23 +260,18 @@ class Reader:
                 yield self.digest(value)
 
     def _function(self, f: types.FunctionType) -> Iterator:
-        code, wrapped = f.__code__, getattr(f, "__wrapped__", None)
-        if self.spawned and wrapped and not is_own(code.co_filename):
-            yield self.digest(wrapped)  # not what a library keeps beside it
-            return
-        yield _name_of(f)
+        code = f.__code__
+        yield name_of(f)
         for cell in f.__closure__ or ():
             yield "empty" if cell == types.CellType() else self.digest(cell.cell_contents)
         yield from map(self.digest, (f.__defaults__, f.__kwdefaults__))
         if not is_own(code.co_filename):
-            yield self.digest(wrapped)
+            yield self.digest(getattr(f, "__wrapped__", None))
             return
-        # None: of an assert, for which pytest writes other code as it imports
-        used = _globals(code)
-        asserts = self.spawned and not {None, "@pytest_ar"}.isdisjoint(used)
-        yield str(code.co_firstlineno) if asserts else self.digest(code)
+        yield self.digest(code)
         space, names = f.__globals__, frozenset(_names(code))
-        meant = {x: space[x] for x in used if x in space and not x.startswith("@")}
+        used = [x for x in globals_in(code) if x in space and not x.startswith("@")]
+        meant = {x: space[x] for x in used}
         yield from self._named(meant, names, space.get("__name__", ""))
         taken = _imports(code, space.get("__package__") or "")
         # all of them before any is read
@@ -300,7 +296,7 @@ class Reader:
 
 def _is_exact(x) -> bool:
     """Whether `str` tells all of it: that of a class of the user's may tell anything."""
-    if is_own(_file_of(type(x))):
+    if is_own(file_of(type(x))):
         return False
     if isinstance(x, Mapping):
         return all(_is_exact(part) for pair in x.items() for part in pair)
@@ -313,7 +309,8 @@ def _is_value(x) -> bool:
     """Whether a library compares its class by value, as Fraction, Path and members of Enum are."""
     by = next(cls for cls in type(x).__mro__ if "__hash__" in vars(cls))
     told = not is_dataclass(x) and type(x).__repr__ is not object.__repr__
-    return told and by is not object and not is_own(_file_of(by))
+    weak = by.__module__ == "weakref"  # tells an address
+    return told and by is not object and not weak and not is_own(file_of(by))
 
 
 def _copied(x) -> tuple:
@@ -341,7 +338,7 @@ def _names(code: types.CodeType) -> Iterator[str]:
 
 
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
-def _globals(code: types.CodeType) -> tuple[str, ...]:
+def globals_in(code: types.CodeType) -> tuple[str, ...]:
     """Global names alone, of those in `_names`: all that a function takes to another process."""
     steps = chain.from_iterable(map(dis.get_instructions, _codes(code)))
     return tuple(step.argval for step in steps if step.opname in _GLOBAL)
@@ -380,12 +377,12 @@ def _own_module(name: str) -> types.ModuleType | None:
     return module if own and root not in sys.builtin_module_names else None
 
 
-def _name_of(x) -> str:
+def name_of(x) -> str:
     """Module and name of a class or function, the same in every process that it is sent to."""
     return f"{_MAIN[0] if x.__module__ in _MAIN else x.__module__}.{x.__qualname__}"
 
 
-def _file_of(cls: type) -> str:
+def file_of(cls: type) -> str:
     """The file of a class; library files for built-in ones."""
     module = sys.modules.get(cls.__module__)
     if module is None and any(isinstance(x, types.FunctionType) for x in vars(cls).values()):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.learning.systems.content import Reader
+from parc_jax.learning.systems.own_workers import OwnWorkers
 from parc_jax.learning.systems.user_code import own_place, said
 
 UNCOUNTED = -1  # losses of a run, where an executor makes lost ones again and tells nobody
@@ -89,7 +90,7 @@ def code_of(both, own: bool) -> tuple[tuple[bool, str], dict[str, str]]:
     """Digests of what decides the numbers of a row, functions with all that they refer to, caller
     and generators, and of what has a name; own, of processes that are sent the rest: of this alone.
     """
-    reader = Reader(lasting=True, spawned=own)
+    reader = (OwnWorkers if own else Reader)(lasting=True)
     digest = reader.digest([both, run_one.__code__])
     code = reader.digest(reader.named) if own else f"{digest} numpy {np.__version__}"
     return (own, code), reader.named
