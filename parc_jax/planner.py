@@ -120,7 +120,8 @@ def answered(
             cover = cover._replace(coverage=cover.coverage._replace(share=0.0, at_least=0.0))
         corridors = tuple(compress(cover.corridors, held))
         cover = cover._replace(corridors=corridors, proved=True, refused=refused)
-        _log.info("checked for %.1f s: %d refused", time.perf_counter() - covered, refused)
+        took = time.perf_counter() - covered
+        _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
     spent = {**cover.timings, "cover_s": covered - begin, "proof_s": time.perf_counter() - covered}
     found, ended = len(samples) + len(cover.corridors) > 0, cover.ended
     if no_plan is not None:
