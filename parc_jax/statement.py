@@ -262,7 +262,8 @@ def summary(answer, drawn: str) -> str:
     """`Answer.summary`. drawn: the sentence about a drawn plan, of an answer with plans."""
     cover, asked, claim = answer.cover, answer.scene.nominal, answer.model.claim
     doubt = asked.uncertainty
-    lines = [f"{headline(answer)}.", f"Status: {answer.status.text}."]
+    none = ", or none shown to withstand what is uncertain" * bool(doubt and answer.absence)
+    lines = [f"{headline(answer)}.", f"Status: {answer.status.text}{none}."]
     why = None if answer.status.found or answer.absence else why_none(answer.scene)
     if why is not None and why.sure:
         lines[1] = nothing_found(why)

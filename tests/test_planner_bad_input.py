@@ -137,6 +137,7 @@ def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
     answer = Planner(model).solve(reach_avoid(goal, obstacles, 0.1), jax.random.key(0), Settings())
     assert not answer.status.found and not len(answer.corridors)
     assert answer.details().startswith("Proved in exact arithmetic: the model has no safe (p0, k)")
+    assert "its tube has no safe plan.\n" in answer.summary()  # of nothing that is uncertain
     assert not answer.contains(np.zeros(2), np.zeros(2))[0]
     with pytest.raises(InputError, match="expected an answer with corridors; this one has none"):
         answer.sample(jax.random.key(0), 3)

@@ -27,11 +27,7 @@ class Status(Told):
         "safe plans in hand, shown in float64 with a margin for every rounding; "
         "for the last word ask with proof=True",
     )
-    NO_PLAN = (
-        "no-plan",
-        "proved: the model with its tube has no safe plan, or none shown to withstand what is "
-        "uncertain",
-    )
+    NO_PLAN = "no-plan", "proved: the model with its tube has no safe plan"
     NOT_FOUND = (
         "not-found",
         "no safe plan was found with this work, which proves nothing; "
