@@ -182,13 +182,16 @@ def check_rotation(owner: str, words, n_p: int, n_q: int) -> tuple[str, ...]:
 
 def check_system(system) -> None:
     """Refuse an object that is no black box. Raises InputError with the missing attribute."""
+    if isinstance(system, type):
+        name = system.__name__
+        raise InputError(f"{name}: expected a system; got a class of them. Try {name}().")
     kinds = {"name": str, "domain": Box, "time": TimeGrid, "n_p": int, "n_q": int}
     for attribute, kind in kinds.items():
         value = getattr(system, attribute, None)
         if not isinstance(value, kind):
             raise InputError(
                 f"{type(system).__name__}: expected a system with {attribute}, a {kind.__name__}; "
-                f"got {type(value).__name__}. See `BlackBoxSystem`."
+                f"got {type(value).__name__}. See `BlackBoxSystem`; logs come by `load_rollouts`."
             )
     if system.n_p < 1 or system.n_q < 0:
         raise InputError(

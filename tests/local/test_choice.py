@@ -26,7 +26,7 @@ from parc_jax.common.spelling import exact, rounded_up
 from parc_jax.drive.local import choice as made
 from parc_jax.drive.local.choice import Choice
 from parc_jax.drive.local.localise import Local, LocalRuns, bounded_near
-from parc_jax.drive.local.safe_box import box_around
+from parc_jax.drive.local.safe_box import box_around, sides_of
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.counts import NoStatement, clopper_pearson, required_runs
 from parc_jax.learning.bound.settings import DISCRETE_TIME, ModelBound, SpeedBound
@@ -250,7 +250,10 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     # the gust grows with k_0, and the box is at most a tenth of it wide
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
-    assert "all of N is proved safe" in near.details()
+    assert "every k of a box S = N is proved safe" in near.details()
+    smaller = replace(near.proved, half=near.proved.half / 2, share=Fraction(1, 4))
+    told = replace(near, proved=smaller).details()
+    assert f"a box S = {sides_of(near.model.labels.k, smaller)}, that takes 25 % of N is" in told
     sides = re.findall(r"in \[(\S+), (\S+)\]", near.details().split(" % of K")[0])
     assert [[float(x) for x in side] for side in zip(*sides, strict=True)] == [
         near.model.domain.lo.tolist(),

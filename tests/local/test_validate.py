@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -34,7 +35,6 @@ from parc_jax.learning.bound.counts import NoStatement, required_runs
 from parc_jax.learning.bound.declared import stand_in
 from parc_jax.learning.bound.error_set import faces
 from parc_jax.learning.bound.fresh import SEEN, ledger_of, used_by
-from parc_jax.learning.bound.start_gap import trial_of
 from parc_jax.learning.bound.statement import in_short
 from parc_jax.learning.bound.tube import fitted_tube
 from parc_jax.learning.runs.collect import collect
@@ -613,7 +613,10 @@ def test_a_start_tried_on_one_plant_is_told_of_no_other(tmp_path):
         said = f"TRANSLATION_INVARIANCE(within 1e-05; {seen})"
         plan = replace(found, looks=Looks()).choose()
         assert said in plan.test(system, KEY, n=30).tested.assumed
-    assert trial_of(claim, level, KEY) is None  # its own is of this very plant
+    hill.plant = "level"  # of the claim's name and law: what was seen of another is no word of it
+    hill.rollout_from = partial(toy.Hill.rollout_from, hill)
+    with pytest.raises(InputError, match="more than 1e-05; moving the start"):
+        found.choose().test(hill, KEY, n=30)
 
 
 def test_tests_that_were_made_again_are_counted():

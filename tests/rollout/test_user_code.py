@@ -152,3 +152,17 @@ def test_a_system_is_not_named_as_a_log():
     robot.name = "file:robot"
     with pytest.raises(InputError, match="file:robot: expected a name that no log has"):
         pj.learning.collect(robot, KEY, n=4, quiet=True)
+
+
+def test_a_class_in_the_place_of_a_system_is_told_so():
+    """Its `rollout` lacks `self`: a raw TypeError of the simulation."""
+
+    class Glider(Robot):
+        rollout = staticmethod(misfit)
+
+    for asked in (
+        lambda: pj.learn(Glider, KEY),
+        lambda: pj.learning.collect(Glider, KEY, 4, quiet=True),
+    ):
+        with pytest.raises(InputError, match=r"Glider: expected a system; .* Try Glider\(\)\."):
+            asked()

@@ -160,7 +160,7 @@ class Choice(Sealed):
     ) -> "Choice":
         """Run exactly this plan afresh and bound its probability of failure; spends one look. [T6]
 
-        Where the claim has not tried, on this plant, how much the start matters, that comes first.
+        How much the start matters to this very system is tried first, as far as it offers that.
         system: the black box of the model. key: only its DRIVEN stream is used.
         eps: bound to reach when no run fails. n: runs; None for as many as eps takes at this look's
         share of delta (6,905 for 1e-3 at 1e-3).

@@ -138,9 +138,10 @@ class Near:
         if isinstance(risk, NoStatement):
             lines.append(f"Of driving near this plan: no statement, since {risk.reason}.")
         else:
-            held = "all" if self.held == 1 else f"{rounded_down(100 * self.held, 3)} %"
+            part = f"{sides_of(self.model.labels.k, self.proved)}, that takes "
+            S = "N" if self.held == 1 else f"{part}{rounded_down(100 * self.held, 3)} % of N"
             lines.append(
-                f"From this start every k of a box S that takes {held} of N is proved safe under "
+                f"From this start every k of a box S = {S} is proved safe under "
                 "the local tube. Driven with k uniform on S, the run fails with probability at "
                 f"most {rounded_up(risk.bound)}."
             )

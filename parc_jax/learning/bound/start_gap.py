@@ -27,7 +27,6 @@ from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect
-from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import is_traceable, simulator, traced
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
@@ -263,13 +262,11 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
     return float.fromhex(start["gap"])
 
 
-def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial | None:
-    """The trial behind further runs; None where the claim tells of its own, on this very plant."""
+def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial:
+    """The trial behind further runs: of this very system, since one of its name may be another."""
     if isinstance(system, RolloutBatch):  # recorded runs cannot be started elsewhere
         return StartTrial(declared_gap(claim), None)
-    made_here = claim.law.source == law_of(system).source
-    seen = claim.evidence.get("start", {}).get("seen") if made_here else None
-    return try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None
+    return try_starts(system, key, declared_gap(claim, GAP))
 
 
 def off_from_start(claim: ErrorClaim, start: StartTrial | None = None) -> float:
