@@ -340,7 +340,6 @@ def subject(
 
 def subject_of(system) -> Subject:
     """The subject of the runs of a system. Raises InputError."""
-    check_system(system)
     about = (system.name, system.domain, system.time, system.n_p, system.n_q)
     named = points_of(system), rotation_of(system), labels_of(system)
     return subject(*about, *named, given_of(system))
