@@ -83,6 +83,7 @@ class Pilot:
         self.goal: np.ndarray | None = None
         self.memory = Memory(d, self.outline)
         self.given = None
+        self._planned = ""  # whose pose the start of the last plan is
 
     def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
@@ -190,6 +191,7 @@ class Pilot:
             )
         for name, message in {"start": start, "goal": goal}.items():
             require_frame(message, self.driving.frame, name)
+        whose = self.readings.frame_of(start, "start")
         here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
         if not (np.isfinite(here).all() and np.isfinite(there).all() and tolerance > 0):
             raise InputError("plan: expected finite poses, and a tolerance > 0 m.")
@@ -200,6 +202,7 @@ class Pilot:
                 "beyond its tube, so nobody knows where the robot is. At rest, call `restart` "
                 "first."
             )
+        self._planned = whose
         at_rest = {axis: 0.0 for axis in self.loop.given}
         ways = self.memory.stale or self._ways(here, list(at_rest.values()))
         if isinstance(ways, str):
@@ -239,8 +242,8 @@ class Pilot:
 
     @property
     def assumed_of_plan(self) -> str:
-        """The premises of a plan in one clause: it is asked at rest, where nothing is measured."""
-        told = self.premises
+        """The premises of the last plan in one clause; asked at rest, where nothing is measured."""
+        told = self.premises | self.readings.whose(self._planned)
         if self.readings.named:
             rests = ", ".join(f"{name} = 0" for name in self.readings.named)
             told["measured at the start"] = f"nothing; {rests}, since it is asked at rest"

@@ -98,6 +98,7 @@ SAID = (
     "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|t|xm|"
     "reference x|left foot x|foot in map x|"
     "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_lower|x_upper|x_ddot|"
+    "current_x|motor current x|field|"
     "qvel_0|nsecs|magnetic_field.x|vx|qz|upper arm x|qpos[0]|bottom|yaw"
 )
 FINE = (
@@ -107,7 +108,8 @@ FINE = (
     "cross track err [m]|target x [m]|x ref [m]|goal frame x [m]|"
     "s [m]|t [m]|q [m]|target x (m)|left(m)|upper arm x [m]|delta x [m]|x min [m]|"
     "yaw bearing x [m]|"
-    "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|current_x"
+    "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|"
+    "field.pose.pose.position.x"
 )
 DEGREES = (
     "headingDeg|yawDegrees|deg heading|headingdeg|heading in degree|Heading Degs|yaw°|theta/deg"
@@ -122,9 +124,11 @@ DEGREES = (
             "rad",
             f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]|heading_mrad|gon|"
             "heading (deg)|yaw rad/s|heading error|wheel angle|rot_z|heading_turns|delta_yaw|"
-            "yaw_max|pose.orientation.z|transform.rotation.w|q_z|yaw_index",
+            "yaw_max|pose.orientation.z|transform.rotation.w|q_z|yaw_index|t|T|map|world|in|"
+            "execution|rad|robot|pose|current_yaw|theta1",
             "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle [rad]|q0|"
-            "q|q_0|rot|heading (rad)|heading error [rad]|target heading [rad]|rot_z [rad]|"
+            "q|q_0|rot|robot_yaw|pose.theta|field.theta|odom_yaw|"
+            "heading (rad)|heading error [rad]|target heading [rad]|rot_z [rad]|"
             "delta [rad]|orientation z [rad]",
         ),
     ],

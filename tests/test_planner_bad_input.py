@@ -114,6 +114,9 @@ def test_a_robot_on_a_line_is_refused_before_it_is_learned():
     with pytest.raises(InputError, match="x, y or x, y, z; got 1 axes") as caught:
         require_fit(reach_avoid(box([0], [1]), [box([2], [3])], 0.1), robot)
     one_sentence(caught)
+    robot = subject("arm", box([0], [1]), time_grid(0.5, 1.0), 4, 0)
+    with pytest.raises(InputError, match=r"got 4 axes\. States beside the place are q\."):
+        require_fit(reach_avoid(box([0] * 4, [1] * 4), [], 0.1), robot)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,9 @@ from parc_jax.common.spelling import some_of
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
-OF_BAG = re.compile(r"rosbag2_bagfile_information|\A\s*\Z")  # in it; an empty one may be of any
+# in it; an empty or zeroed one may be of any
+OF_BAG = re.compile(r"rosbag2_bagfile_information|\A\s*\Z|\0")
+PARTS = ("*.db3", "*_0.mcap")  # files of a bag of ROS 2 alone: its metadata are lost without a key
 WHOLE = "a complete bag (of one truncated or damaged try `mcap recover`, `ros2 bag reindex`)"
 # known to be none; of any other ending, as .old or .1, it may be. The last: of `rosbag reindex`
 EXPORTS = "csv|docx?|geojson|gpx|h5|hdf5|html?|json|kml|mat|np[yz]|parquet|pdf|pkl|tsv|xlsx?|xml"
@@ -38,7 +40,8 @@ def is_bag(path: Path) -> bool:
     if not path.is_dir():
         return path.suffix in SUFFIXES
     told = path / METADATA
-    return told.is_file() and bool(OF_BAG.search(told.read_text(errors="replace")))
+    known = told.is_file() and OF_BAG.search(told.read_text(errors="replace"))
+    return bool(known) or (told.is_file() and any(any(path.glob(part)) for part in PARTS))
 
 
 def recordings_in(path) -> list[Path]:

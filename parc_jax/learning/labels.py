@@ -10,10 +10,11 @@ from parc_jax.common.errors import InputError, is_text
 
 LONGEST = 80  # characters of a label
 HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
-# words beside an axis, or of a heading, that leave no doubt about what is told, nor its unit
+# words beside an axis or TURNED, which tell, that leave no doubt about what is told, nor its unit
 PLACED = """p m meter meters metre metres pos position coord coordinate pose odom qpos transform
-    translation base link robot rigid body utm map world current t""".split()
-TURNED = "q orientation rotation rot rad radian radians in execution world map t".split()
+    translation base link robot rigid body utm map world field t""".split()
+TURNED = re.compile("|".join((*HEADINGS, "orientation", "rotation", "rot", r"q\d*")))
+BESIDE = "rad radian radians in execution world map odom robot pose field t".split()
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
@@ -131,12 +132,13 @@ def require_unit(label: str, unit: str, points: Sequence[str] = ()) -> None:
     """Raises InputError for a label of another unit; and for one without a unit, unless all its
     words tell a place [m], of points of these names, or a heading [rad].
     """
-    words = words_in(label)
-    axes = [x for x in words if x in LONE or _axis_of(x)]
+    words, rad = words_in(label), unit == "rad"
     named = [word for point in points for word in (*words_in(point), "".join(words_in(point)))]
-    known = {*HEADINGS, *TURNED} if unit == "rad" else {*axes, *PLACED, *named}
-    place = axes and "px" not in words[1:]  # a unit, as in `x_px`
-    plain = (unit == "rad" or place) and all(x in known or x.strip("q").isdecimal() for x in words)
+    told = [x for x in words if (TURNED.fullmatch(x) if rad else x in LONE or _axis_of(x))]
+    known = {*told, *(BESIDE if rad else (*PLACED, *named))} - (
+        {*words[1:]} & {"px"}
+    )  # a unit, as in `x_px`
+    plain = told and all(x in known or x.isdecimal() for x in words)
     if unit_of(label) != unit and (unit_of(label) or not plain):
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

@@ -281,9 +281,8 @@ def require_dimensions(problem: Problem, robot: Any) -> None:
     """Raises InputError where a problem does not fit a robot: a model, or a `Subject`."""
     n_p, n_q, points = robot.n_p, robot.n_q, robot.points
     if n_p not in (2, 3):
-        raise InputError(
-            f"robot: expected a workspace of x, y or x, y, z; got {n_p} axes. Add one that stays 0."
-        )
+        hint = "Add one that stays 0" if n_p < 2 else "States beside the place are q"
+        raise InputError(f"robot: expected a workspace of x, y or x, y, z; got {n_p} axes. {hint}.")
     require_points(problem, points)
     polygons = [part for part in problem.parts if isinstance(part.shape, Polygon)]
     if polygons and robot.rotation is not None:

@@ -10,25 +10,43 @@ from parc_jax.bags.recording import frames_of, value_at
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.drive.loop.candidates import given_axes
-from parc_jax.learning.labels import name_of
+from parc_jax.learning.labels import axes_in, name_of, unit_of, words_in
 from parc_jax.learning.model import TrajectoryModel
 from sims.driving import Driving
 from sims.ros.outline import ROUNDED
 
 OF_BODY = re.compile(r"twist\.(?!.*\.z$).*")  # along or around axes that turn with the heading
 NO_FRAME = "(none)"  # as laws of bags have it
+# what messages of ROS have at these ends of a path, by its REP 103
+UNITS = {
+    re.compile(rf"(.+\.)?{place}\.[xyz]"): unit
+    for place, unit in (
+        (r"twist\.linear", "m/s"),
+        (r"twist\.angular", "rad/s"),
+        (r"angular_velocity", "rad/s"),
+        (r"linear_acceleration", "m/s2"),
+        (r"pose\.position", "m"),
+        (r"transform\.translation", "m"),
+    )
+}
+SPELLED = {"m/s²": "m/s2", "m/s^2": "m/s2"}
+# words that tell another unit in a name without brackets
+OTHERS = {*"deg degs degree degrees dps rpm mm cm km kmh kph mph kn knot knots ft".split()}
+# the axis at the end of a word: vx, v0y, dz, velx, and not by, Hz
+OF_AXIS = re.compile(r"(?:[acdlprtuvw]|vel|velocity|speed|lin|linear|ang|angular)?\d*([xyz])\d*")
 
 
 class Readings:
     """Reads given parameters, and compares messages with what is known of the model's runs.
 
     named: of the given parameters. Raises InputError for paths that are more or fewer, or others
-    than the law of the runs, or their names, tell.
+    than the law of the runs, or their names, tell, and for a unit that ROS does not have there.
     """
 
     def __init__(self, model: TrajectoryModel, driving: Driving):
         law, self._paths = model.claim.law.cut, driving.given
-        self.named = [name_of(model.labels.k[axis]) for axis in given_axes(model, None)]
+        self._labels = [model.labels.k[axis] for axis in given_axes(model, None)]
+        self.named = [name_of(label) for label in self._labels]
         n, got = len(self.named), len(self._paths)
         if n != got:
             hint = " Learn one of a system that names in `given` what it measures at the start."
@@ -41,6 +59,8 @@ class Readings:
             alike = len(learned) == n and all(map(_ends_as, learned, self._paths))
             self._require(alike, learned)
         self._require(not _exchanged(self.named, self._paths), self.named)
+        for label, path in zip(self._labels, self._paths, strict=True):
+            _require_unit(label, path)
         frame = law["pose"].rpartition(" -> ")[2] if "pose" in law else NO_FRAME
         self._learned = "" if frame == NO_FRAME else frame
         self._uncertain = driving.uncertainty_heading
@@ -59,16 +79,21 @@ class Readings:
         """Remember whose pose it is. Raises InputError for others than that of the model's runs, or
         of the message before.
         """
-        frame = frames_of(message)[1]
-        if self._learned and frame and frame != self._learned:
-            raise InputError(
-                f"pose: expected that of {self._learned!r}, as in the model's runs, which is its "
-                f"first reference point; got that of {frame!r}. Publish the pose of that frame, or "
-                "learn from poses of this one."
-            )
+        frame = self.frame_of(message, "pose")
         tracked = premises([("whose pose it is", MEASURED, frame)])
         agree("pose: all are of one place on the robot", self._tracked or tracked, tracked)
         self._tracked = tracked
+
+    def frame_of(self, message: Any, name: str) -> str:
+        """Whose pose it is, if it says so. Raises InputError for others than that of the runs."""
+        frame = frames_of(message)[1]
+        if self._learned and frame and frame != self._learned:
+            raise InputError(
+                f"{name}: expected that of {self._learned!r}, as in the model's runs, which is its "
+                f"first reference point; got that of {frame!r}. Publish the pose of that frame, or "
+                "learn from poses of this one."
+            )
+        return frame
 
     def turned(self, heading: float) -> str:
         """Why nothing may begin at a heading [rad] where a twist is given, or an empty text: what
@@ -86,17 +111,11 @@ class Readings:
     @property
     def premises(self) -> dict[str, str]:
         """What manoeuvres rest on of it: by name, in words."""
-        frame = "" if self._tracked is None else self._tracked["whose pose it is"]
-        whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
-        first, runs = "the model's first reference point", self._learned
-        known = f", {first}, as in its runs"
-        unknown = f"; that it is {first} is assumed: its runs are of "
-        unknown += f"{runs!r}" if runs else "a frame that no law names"
-        told = {"whose pose it is": whose + (known if frame and frame == runs else unknown)}
+        told = self.whose("" if self._tracked is None else self._tracked["whose pose it is"])
         if self.named:
-            each = zip(self.named, self._paths, strict=True)
+            each = zip(self._labels, self._paths, strict=True)
             told["measured at the start"] = (
-                f"{', '.join(f'{name} is {path}' for name, path in each)} of the message of the "
+                f"{', '.join(f'{label} is {path}' for label, path in each)} of the message of the "
                 "pose, as in the model's runs"
             )
         if self.takes_twist:
@@ -106,32 +125,67 @@ class Readings:
             )
         return told
 
+    def whose(self, frame: str) -> dict[str, str]:
+        """The premise whose pose it is: of this frame, empty where no message names one."""
+        whose = f"of the frame {frame!r}" if frame else "of a frame that no message names"
+        first, runs = "the model's first reference point", self._learned
+        known = f", {first}, as in its runs"
+        unknown = f"; that it is {first} is assumed: its runs are of "
+        unknown += f"{runs!r}" if runs else "a frame that no law names"
+        return {"whose pose it is": whose + (known if frame and frame == runs else unknown)}
+
     def _require(self, holds: bool, own: Sequence[str]) -> None:
         if not holds:
             raise InputError(
                 f"given: expected {', '.join(own)}, in this order, which the model was learned "
-                f"with; got {', '.join(self._paths)}."
+                f"with; got {', '.join(self._paths)}. Give the paths of these, publish poses in "
+                "messages that have them, or learn with `given` of messages as they are."
             )
 
 
 def _ends_as(one: str, other: str) -> bool:
     """Whether two paths are one, or one is the end of the other: a message inside of a message."""
-    shorter = min(len(path.split(".")) for path in (one, other))
-    return one == other or 1 < shorter == _alike(one, other)
+    paths = one.split("."), other.split(".")
+    return one == other or 1 < min(map(len, paths)) == _alike(*paths)
 
 
 def _exchanged(named: Sequence[str], paths: Sequence[str]) -> bool:
-    """Whether a name ends more as the path of another parameter does than as its own."""
+    """Whether a name ends more as the path of another parameter does than as its own, or tells
+    another axis, or a turn for a way.
+    """
     return any(
-        _alike(name, path) < max(_alike(name, other) for other in paths)
+        _alike(words_in(name), words_in(path))
+        < max(_alike(words_in(name), words_in(x)) for x in paths)
+        or any(tell(name) and tell(path) and not tell(name) & tell(path) for tell in (_axes, _kind))
         for name, path in zip(named, paths, strict=True)
     )
 
 
-def _alike(name: str, path: str) -> int:
+def _alike(one: Sequence[str], other: Sequence[str]) -> int:
     """How many words both have in common at their ends."""
-    pairs = zip(name.split(".")[::-1], path.split(".")[::-1], strict=False)
+    pairs = zip(one[::-1], other[::-1], strict=False)
     return sum(1 for _ in itertools.takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def _axes(name: str) -> set[str]:
+    """Axes that a name tells, of a place or a speed."""
+    return axes_in(name) | {found[1] for x in words_in(name) if (found := OF_AXIS.fullmatch(x))}
+
+
+def _kind(name: str) -> set[str]:
+    return {"linear", "angular"} & {*words_in(name)}
+
+
+def _require_unit(label: str, path: str) -> None:
+    """Raises InputError for a label of another unit than ROS has at a path, as far as is known."""
+    unit = next((unit for ends, unit in UNITS.items() if ends.fullmatch(path)), None)
+    own = SPELLED.get(unit_of(label), unit_of(label))
+    if unit and own != unit and (own or OTHERS & {*words_in(label)}):
+        raise InputError(
+            f"given: expected {name_of(label)} in [{unit}], which {path} has in messages of ROS; "
+            f"got {label!r}. Give the path of a number in its unit, or learn it in this one; where "
+            "that is but spelled otherwise, label it so."
+        )
 
 
 def _is_in(message: Any, name: str) -> bool:

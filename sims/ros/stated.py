@@ -4,7 +4,6 @@ from parc_jax.common.said import about_said
 from parc_jax.common.spelling import rounded_up
 from parc_jax.drive.loop.candidates import moved_last
 from parc_jax.drive.loop.commitment import START, Step
-from parc_jax.learning.labels import name_of
 
 
 def assumed(pilot, premises: dict[str, str], straight: bool = True) -> str:
@@ -40,7 +39,7 @@ def stated(pilot, step: Step) -> str:
     after = "; who moves may run into it there" if moves else ""
     model, body = pilot.model, "; ".join(now.shared["body"])
     last, n = moved_last(model, now.k[None])[0][0], len(now.asked.problem.obstacles)
-    told = [f"{name_of(model.labels.k[i])} = {float(now.k[i])!r}" for i in pilot.loop.given]
+    told = [f"{model.labels.k[i]} = {float(now.k[i])!r}" for i in pilot.loop.given]
     known = [f"its measured start is exact: {', '.join(told)}"] if told else []
     if moves:
         known.append(f"what moves is told of until {float(now.told_until)!r} s")

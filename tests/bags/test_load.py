@@ -508,11 +508,16 @@ def test_bags_behind_a_linked_folder_are_refused_as_in_a_real_one(tmp_path, name
 def test_a_bag_with_damaged_metadata_is_refused_in_a_sentence(tmp_path):
     meta = bag(tmp_path) / "metadata.yaml"
     key = "rosbag2_bagfile_information:"
-    for text in (f"{key} {{", "", "\n", f"{key}\n  relative_file_paths:\n"):
+    first = next(meta.parent.glob("*.mcap"))
+    first.rename(meta.parent / "run_0.mcap")  # as the recorder of ROS 2 names it
+    for text in (
+        f"{key} {{", "", "\n", f"{key}\n  relative_file_paths:\n", "\0" * 99, "version: 5\n"
+    ):  # fmt: skip
         meta.write_text(text)
-        with pytest.raises(InputError, match="run: expected a complete bag") as why:
-            pj.exchange.load_bags(tmp_path, GRID, **ASKED)
-        assert "\n" not in str(why.value) and str(why.value)[-1] == "."
+        for asked in (tmp_path, meta.parent):  # asked for itself it was read file by file
+            with pytest.raises(InputError, match="run: expected a complete bag") as why:
+                pj.exchange.load_bags(asked, GRID, **ASKED)
+            assert "\n" not in str(why.value) and str(why.value)[-1] == "."
 
 
 def test_metadata_of_something_else_makes_no_folder_a_bag(tmp_path):

@@ -369,6 +369,26 @@ def test_a_plan_is_proved_from_rest(ready):
 
 
 @pytest.mark.soundness
+def test_the_frame_of_a_plan_is_that_of_its_start_not_of_the_last_pose():
+    law = replace(model().claim.law, parameters=((f"{OURS}pose", "/odom, odom -> base_link"),))
+    of_law = model().replace(claim=derived(model().claim, law=law))
+    one = Pilot(of_law, 0.2, Driving(leave=0.4, given=GIVEN))
+    one.hear_map(sliding.map_of(sliding.hall()))
+    start, goal = sliding.odometry([0.5, 0], [0, 0], 2 * 10**9), sliding.posed(0.9, 0.0)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    one.planner = Some(solve=lambda *asked, **more: None)
+    for frame, words in (("base_link", "point, as in its runs"), ("", "point is assumed: its")):
+        start.child_frame_id = frame
+        one.plan(start, goal, 0.3)
+        assert f"the model's first reference {words}" in one.assumed_of_plan
+    assert "whose pose it is: of a frame that no message names" in one.assumed_of_plan
+    assert "of the frame 'base_link'" in one.assumed
+    start.child_frame_id = "camera_link"
+    with pytest.raises(InputError, match=r"start: expected that of 'base_link'.* 'camera_link'"):
+        one.plan(start, goal, 0.3)
+
+
+@pytest.mark.soundness
 def test_a_plan_is_told_to_measure_nothing(ready):
     """Its premise was that of a manoeuvre: numbers of a message that no plan is given."""
     said = ready.assumed_of_plan
@@ -400,6 +420,32 @@ ALIKE = [  # names of places elsewhere, as of a TwistStamped, that end as those 
     ("twist.linear.x [m/s]", "twist.linear.y [m/s]"),
     ("pose.speed.x", "pose.speed.y"),
 ]
+
+
+SHORT = [
+    ("speed_x [m/s]", "speed_y [m/s]"),
+    ("vx0 [m/s]", "vy0 [m/s]"),
+    ("v0x", "v0y"),
+    ("twist_linear_x [m/s]", "twist_linear_y [m/s]"),
+    ("vX", "vY"),
+    ("v_east [m/s]", "v_north [m/s]"),
+]
+
+
+@pytest.mark.soundness
+def test_the_unit_of_what_is_measured_is_that_of_messages_of_ros():
+    """A speed in m/s was given to a model of one in km/h: proved, and 18 cm in the wall."""
+    for x in ("km/h", "mm/s", "deg/s", "m"):
+        with pytest.raises(InputError, match=rf"v0x in \[m/s\], which {GIVEN[0]} .* got 'v0x"):
+            Pilot(labelled(f"v0x [{x}]", f"v0y [{x}]"), 0.2, Driving(leave=0.4, given=GIVEN))
+    for x, y in (("v0x (mph)", "v0y (mph)"), ("vx_kmh", "vy_kmh"), ("v0x [m/s]", "v0y (km/h)")):
+        with pytest.raises(InputError, match=r"in \[m/s\], which twist"):
+            Pilot(labelled(x, y), 0.2, Driving(leave=0.4, given=GIVEN))
+    one = Pilot(labelled("v0x [m/s]", "v0y"), 0.2, Driving(leave=0.4, given=GIVEN))
+    assert f"v0x [m/s] is {GIVEN[0]}, v0y is" in one.premises["measured at the start"]
+    own = ("state.v.0", "state.v.1")  # of messages that ROS does not define: of any unit, told
+    one = Pilot(labelled("v0 [km/h]", "v1 [km/h]"), 0.2, Driving(leave=0.4, given=own))
+    assert f"v0 [km/h] is {own[0]}" in one.premises["measured at the start"]
 
 
 def labelled(*names):
@@ -452,11 +498,10 @@ def test_which_numbers_of_a_message_are_measured_is_told_and_compared_with_what_
                 if given == named:
                     assert Pilot(*asked).hear_pose(pose) is None
                     continue
-                with pytest.raises(
-                    InputError, match=f"given: expected {named[0]}, {named[1]}, in this"
-                ):
+                said = f"given: expected {named[0]}(, {named[1]}, in this| in .m., which)"
+                with pytest.raises(InputError, match=said):
                     Pilot(*asked).hear_pose(pose)  # the first message has what is named
-    for x, y in ALIKE:
+    for x, y in ALIKE + SHORT:
         Pilot(labelled(x, y), 0.2, Driving(leave=0.4, given=GIVEN)).hear_pose(pose)
         with pytest.raises(InputError, match="given: expected"):
             Pilot(labelled(y, x), 0.2, Driving(leave=0.4, given=GIVEN))
@@ -464,6 +509,13 @@ def test_which_numbers_of_a_message_are_measured_is_told_and_compared_with_what_
     law = replace(model().claim.law, parameters=cut)  # as of a bag; its labels are others
     learned = model().replace(claim=derived(model().claim, law=law))
     Pilot(learned, 0.2, one.driving)
+    for x, y in (("v by x", "wheel hz"), ("speed", "max"), ("linear x", "linear velocity")):
+        Pilot(labelled(x, y), 0.2, one.driving)  # no other axis is told
+    for names in (("angular rate", "vy"), ("speed", "vx")):
+        with pytest.raises(
+            InputError, match=f"expected {names[0]}, {names[1]}.*messages that have"
+        ):
+            Pilot(labelled(*names), 0.2, one.driving)
     for others in (exchanged.driving, replace(one.driving, given=other)):
         with pytest.raises(InputError, match=f"given: expected {GIVEN[0]}, {GIVEN[1]}, in this"):
             Pilot(learned, 0.2, others)

@@ -121,7 +121,7 @@ def leaving(name: str, model: TrajectoryModel, leave: float) -> Leaving:
     """
     if "begin" in (cut := model.claim.law.cut) and not cut["begin"].startswith("0 s "):
         raise InputError(
-            "Loop: expected a model whose runs begin with their command, as a manoeuvre does; "
+            "model: expected one whose runs begin with their command, as a manoeuvre does; "
             f"those of its claim begin {cut['begin']}. Learn it from bags with after=0."
         )
     dt, n = Fraction(model.time.dt), model.time.n_steps
@@ -212,7 +212,7 @@ def require_rest(
     if not beyond[i] <= ROUNDED:
         values = ", ".join(f"{x:.3g}" for x in k[i])
         raise InputError(
-            f"Loop: expected a model whose manoeuvres end at rest; at k = ({values}) it moves by "
+            f"model: expected one whose manoeuvres end at rest; at k = ({values}) it moves by "
             f"{moved[i]:.3g} m in its last {model.time.dt:g} s, {beyond[i]:.3g} m more than its "
             f"tube allows at rest. Learn it from runs that stop before {model.time.t_f:g} s."
         )

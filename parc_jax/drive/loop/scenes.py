@@ -42,7 +42,7 @@ class Scenes:
         self.model, self.body, self.end, self.uncertainty = model, body, end, uncertainty
         if uncertainty.k or uncertainty.given or uncertainty.unknown or uncertainty.goal:
             raise InputError(
-                "Loop: expected uncertainty of start and heading alone; what is measured of k is "
+                "uncertainty: expected that of start and heading alone; what is measured of k is "
                 "given at every step."
             )
         if end is not None and end.n != model.n_c + model.n_q:
