@@ -19,7 +19,6 @@ from parc_jax.learning.model import TrajectoryModel, check_model
 from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.problem import Problem
 from parc_jax.problem.robust.nominal import NominalProblem, nominal_problems, query
-from parc_jax.problem.robust.realisations import require_given
 from parc_jax.problem.world.moving import require_under_way
 from parc_jax.proof.absence.prove_no_plan import NoPlan
 from parc_jax.proof.certificate.prove import prove
@@ -252,12 +251,12 @@ class Planner:
         with reading("solve_batch whole", "rows of the problems"):
             chosen = {int(i): problem_of(problems, i) for i in whole}
         model, under = self.model, UNSHOWN.get(self.model.claim.kind, "")
-        if isinstance(problems, BoxScenes):
-            require_given(None, model)
-        else:
+        if not isinstance(problems, BoxScenes):
             asked = nominal_problems(problems, model, self._robust_models)
             problems, model = [one.problem for one in asked], asked[0].model if asked else model
             under += " for all that is uncertain" * any(one.uncertainty for one in asked)
+            spans = [span for one in problems for span in one.all_spans if span is not None]
+            under += " for a begin at the moment of each" * any(x.at is not None for x in spans)
         begin = time.perf_counter()
         best, draws, seconds = search_batch(
             model, problems, key, settings.samples, draws, numbers, warm, mesh

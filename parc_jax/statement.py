@@ -255,7 +255,9 @@ def told_under(scene: Scene) -> str:
     tube, box = UNSHOWN.get(scene.model.claim.kind, ""), in_box(scene.box_of_k)
     doubt = "" if scene.nominal.uncertainty is None else " for all that is uncertain"
     start = "" if scene.at is None else " from one start"
-    return f"{tube}{box}{doubt}{start}"
+    moments = [x.at for x in scene.problem.all_spans if x is not None and x.at is not None]
+    begin = f" for a begin at {float(moments[0])!r} s of a clock" if moments else ""
+    return f"{tube}{box}{doubt}{start}{begin}"
 
 
 def summary(answer, drawn: str) -> str:
@@ -286,6 +288,7 @@ def summary(answer, drawn: str) -> str:
         lines.append(answer.absence.details())
     lines += about_open_bins(claim.premises)
     more = [
+        about_points(asked.problem),
         about_obstacles(asked.problem, answer.model.time),
         about_measured(asked.model),
         cover.ended and cover.ended.sentence,

@@ -75,8 +75,8 @@ class Shield(gymnasium.Wrapper):
     room: [m] of clearance that is asked of a manoeuvre, or as much as the brake under way has where
         that is less; the longer it is under way, the less, and none once it has ended: a robot that
         stops too close finds nothing safe to begin. None is asked at the first step.
-    assumed: what else its certificates rest on, as of `save_episode`. uncertainty, of sensed poses,
-        and effort: as of `Loop`; no deadline by default, since a simulation waits.
+    assumed: what else its certificates rest on, as of `save_episode`. uncertainty, of what is
+        sensed, and effort: as of `Loop`; no deadline by default, since a simulation waits.
 
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its

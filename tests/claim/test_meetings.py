@@ -14,6 +14,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import LawSpec, Subject, law_spec, subject_of
+from parc_jax.safe_set.batch.box_scenes import lay_out_boxes
 from parc_jax.safe_set.verdict.outline import require_same
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -167,6 +168,9 @@ def of_subject(**changes):
 
 
 SUBJECTS = {
+    "system": {"system": "van"},
+    "rotation": {"rotation": ("turns",)},
+    "given": {"given": (0,)},
     "time": {"time": pj.learning.time_grid(0.5, 2.0, 0.1)},
     "points": {"points": ("nose",)},
     "goal states": {"labels": HELD.labels._replace(q=("roll [rad]",))},
@@ -182,6 +186,10 @@ def test_scenes_of_a_batch_are_told_for_this_robot_and_its_intervals(entry):
     told = boxes(of_subject(**SUBJECTS[entry]))
     with pytest.raises(pj.InputError, match=f"premises that agree; {entry} is"):
         pj.Planner(own).solve_batch(told, KEY, draws=16)
+
+
+def test_scenes_of_a_claim_that_names_no_system_are_taken():
+    assert lay_out_boxes(boxes(of_subject(system="")), of_subject())
 
 
 class Robot:

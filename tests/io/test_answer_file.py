@@ -116,6 +116,10 @@ def test_a_scene_says_that_it_tells_of_an_obstacle_for_some_time_alone(answer):
     said = said.removeprefix("1 obstacle of 1 is ").removesuffix(" alone")
     said += " that begins at 3.5 s of a clock alone"
     assert said in found.details() and said in found.choose().details() and said in found.summary()
+    planner, key = toy_query.planner(), jax.random.PRNGKey(0)
+    for few in (planner.prepare(then).first(key), found):
+        assert " for a begin at 3.5 s of a clock" in repr(few)
+    assert " for a begin at the moment of each" in repr(planner.solve_batch([then], key, draws=16))
 
 
 def test_obstacles_that_always_exist_come_back_beside_those_that_do_not(tmp_path):

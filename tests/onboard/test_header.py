@@ -72,6 +72,7 @@ def test_a_network_of_one_layer_compiles(tmp_path):
 def test_a_header_says_whose_heading_its_plans_start_with(tmp_path):
     text = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h").read_text()
     assert "All plans start with the heading of the model's runs." in text
+    assert "is of a k that nearest_plan finds: it is picked" in text.replace("\n *", "")
 
 
 def test_a_header_says_which_k_is_which_and_its_unit(tmp_path):

@@ -301,6 +301,10 @@ def test_what_is_no_pose_is_refused(asked):
                 planner.solve(one, KEY, SMALL, at=here)
         with pytest.raises(InputError, match=sentence):
             require_fit(one, model)
+    lo, hi = np.zeros((1, model.n_c + model.n_q)), np.ones((1, model.n_c + model.n_q))
+    post = [[2.0, 2.0]], [[2.1, 2.1]]
+    with pytest.raises(InputError, match=sentence):
+        planner.solve_batch(pj.problem.box_scenes(model, lo, hi, *post, flat.body), KEY)
     require_fit(flat, plain_model)  # of one that declares no rotation, sentences tell it
 
 

@@ -13,6 +13,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.network.relu import relu_network
 from parc_jax.problem.robust.nominal import query
 from parc_jax.problem.world.outlines import read_footprint
+from parc_jax.safe_set.batch.box_scenes import lay_out_boxes
 
 need("shapely")
 import shapely  # noqa: E402
@@ -83,6 +84,18 @@ def test_a_footprint_that_is_not_the_model_s_is_refused():
     for places in (0.8 * robot.places, robot.places * [[1.0, 1.2]]):
         with pytest.raises(InputError, match="body: expected the footprint that the model was"):
             asked(places)
+    goal = np.full((1, 10), -np.inf)
+    goal[:, :2] = [0.3, -0.1]
+    high = np.where(np.isfinite(goal), goal + 0.2, np.inf)
+    post = [[2.0, 2.0]], [[2.1, 2.1]]
+    for places in (robot.places, 0.8 * robot.places):
+        model = slides(robot, places)
+        scenes = pj.problem.box_scenes(model, goal, high, *post, robot.body)
+        if places is robot.places:
+            assert lay_out_boxes(scenes, model)
+            continue
+        with pytest.raises(InputError, match="body: expected the footprint that the model was"):
+            pj.Planner(model).solve_batch(scenes, jax.random.PRNGKey(0))
 
 
 def test_a_scene_file_has_the_places_of_a_footprint(tmp_path):
@@ -132,7 +145,7 @@ def test_where_its_corners_are_is_told_of_an_answer_its_plan_and_its_file(unsure
         planner = pj.Planner(slides(robot, robot.places))
         answer = planner.solve(problem, jax.random.key(0), at=[0.0, 0.0])
         said = f"on the robot: base (0, 0), corner 0 ({half}, {half}), corner 1 ({half}, -{half}), "
-        assert said in answer.details()
+        assert said in answer.details() and said in answer.summary()
         assert unsure is not None or said in answer.choose().details()
         answer.save(tmp_path / "answer.json")
         assert said in load_answer(tmp_path / "answer.json").details()

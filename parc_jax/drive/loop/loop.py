@@ -79,14 +79,14 @@ class Loop:
     the next one may begin. given: parameters of k measured at the start, names or indices; by
     default those that the system declares, the only choice where the claim rests on runs. Without
     any it is assumed that each manoeuvre begins as the runs did, at rest where they did.
-    uncertainty: of start and heading, equal at every step. end: set of admissible ends, over all
-    points and q seen from the start with the measured heading, for every heading in its
+    uncertainty: of start, heading and obstacles, equal at every step. end: set of admissible ends,
+    over all points and q seen from the start with the measured heading, for every heading in its
     uncertainty; None for all. candidates (b, chosen parameters): to judge at every step; by default
     `effort.candidates`, even over K. thinking: every run of the model waits for the next command;
-    None where that begins at the very moment of measuring, as in a simulation. clock: [s] from
-    which deadlines count, `time.perf_counter` by default; one that stands still where a simulation
-    waits. Raises InputError for arguments that do not fit the model, for one that does not rest at
-    its end (`require_rest`), and for a time to leave at which no run of its claim was left.
+    None where that begins at the moment of measuring, as in a simulation. clock: [s] from which
+    deadlines count, `time.perf_counter` by default; one that stands still where a simulation waits.
+    Raises InputError for arguments that do not fit the model, for one that does not rest at its end
+    (`require_rest`), and for a time to leave at which no run of its claim was left.
 
     A pose outside of the tube of the manoeuvre under way, by more than its uncertainty and drift,
     begins nothing: a tube was left, a command came late, or the pose is wrong. The manoeuvre

@@ -42,8 +42,8 @@ class Scenes:
         self.model, self.body, self.end, self.uncertainty = model, body, end, uncertainty
         if uncertainty.k or uncertainty.given or uncertainty.unknown or uncertainty.goal:
             raise InputError(
-                "uncertainty: expected that of start and heading alone; what is measured of k is "
-                "given at every step."
+                "uncertainty: expected that of start, heading, obstacles and sensing_eps; what is "
+                "measured of k is given at every step, and a goal less by what it may be off."
             )
         if end is not None and end.n != model.n_c + model.n_q:
             raise InputError(

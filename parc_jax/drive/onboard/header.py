@@ -30,7 +30,8 @@ WARNING = (
     "is asked in each call: under another rounding mode, where subnormal numbers count as zero, as "
     "in a program that is linked with -ffast-math, or where a number of p0 or k is infinite or "
     "none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
-    "refuse."
+    "refuse. No probability of leaving the tube that is told here is of a k that nearest_plan "
+    "finds: it is picked, not drawn."
 )
 COMPARED = (
     "As this file was written, its tables were compared with the checker's own conditions in exact "

@@ -78,6 +78,7 @@ class Query:
         """
         problem, model, pose = self.problem, self.model, self.pose
         require_under_way(problem.all_spans)
+        require_dimensions(problem, model)
         _require_places(problem.body, model)
         _require_free(problem, model, pose)
         uncertainty = problem.uncertainty
@@ -87,7 +88,6 @@ class Query:
             uncertainty, problem = None, replace(problem, uncertainty=None)
         if uncertainty is None and pose is None:
             return NominalProblem(problem, model, query=self)
-        require_dimensions(problem, model)
         robust, promise, at = model, None, None
         if uncertainty is not None:
             executions = executions_of(uncertainty, model)

@@ -11,9 +11,10 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.model import TrajectoryModel, float_slack
-from parc_jax.learning.runs.law import STATED, Subject
+from parc_jax.learning.runs.law import Subject
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem, Span, reach_avoid
+from parc_jax.problem.robust.nominal import query
 from parc_jax.safe_set.separation.pairs import Obstacles, obstacles_of
 from parc_jax.safe_set.verdict.scene import (
     CORNERS,
@@ -148,9 +149,11 @@ def _of_every_scene(name: str, value: ArrayLike, s: int, n_p: int) -> np.ndarray
 
 def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     """Stacked arrays, equal to those of every problem up to one rounding of corners of a polygon
-    body. Raises InputError for a model of another robot or time grid.
+    body. Raises InputError for a model of another robot or time grid, and as `solve` does.
     """
-    model.claim.subject.agree("scenes of this model's robot", boxes.of, ("K", *STATED))
+    free = ("K", "system") if "" in (model.system, boxes.of.system) else ("K",)
+    model.claim.subject.agree("scenes of this model's robot", boxes.of, free, "Make them with it.")
+    query(boxes.problem(0), model).nominal()  # refuses a body that `solve` does: all have one
     obstacles = _obstacles(boxes, model)
     bounds = np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1)
     size = np.abs(np.where(np.isfinite(bounds), bounds, 0.0)).max(axis=1, initial=0.0)
