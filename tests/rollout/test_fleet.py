@@ -339,6 +339,15 @@ def test_a_pool_that_runs_of_another_system_changed_is_refused():
             runs(made, 20, rough, workers=1)
 
 
+def test_a_sweep_may_return_to_its_first_value_in_threads(monkeypatch):
+    with ThreadPoolExecutor(1) as made:
+        ends = []
+        for drift in (1.0, 2.0, 1.0):
+            monkeypatch.setattr("walkers.DRIFT", drift)
+            ends.append(runs(made, 5, upright, workers=1))
+    assert same(ends[0], ends[2]) and not same(ends[0], ends[1])
+
+
 @pytest.mark.slow
 def test_what_a_worker_remembers_between_runs_is_no_other_program():
     about = {"name": "walk", "n_p": 2, "n_q": 1, "workers": 2, "simulate_from": remembers_from}
@@ -422,6 +431,34 @@ def drift(of): return 0.0
 def _of_int(of: int): return GUST""",
         *("drift(1)", "GUST = 1.0", "drift"),
     ),
+    "what a library's wrapper calls with": (
+        """
+def _drift(gust): yield gust
+drift = contextlib.contextmanager(functools.partial(_drift, 0.0))""",
+        "drift().__enter__()",
+        "drift = contextlib.contextmanager(functools.partial(_drift, 1.0))",
+        "contextmanager.<locals>.helper",
+    ),
+    "a function with an assert": (
+        "def drift(): assert np; return 0.0",
+        "drift()",
+        "drift.__code__ = drift.__code__.replace(co_consts=(None, 1.0))",
+        "drift",
+    ),
+    "numbers for a library in C": (
+        """
+class Site(ctypes.Structure): _fields_ = [("P", ctypes.c_double), ("of", ctypes.c_char_p)]
+SITE = [(2 * ctypes.c_double)(), Site(0.0, b"north")]""",
+        *("SITE[0][1] + SITE[1].P", "SITE[0][1] = 1.0", "SITE"),
+    ),
+    "objects of the user's in one of a library": (
+        """
+class Post: pass
+POSTS, JUNK = weakref.WeakSet(), [object() for _ in range(os.getpid())]
+SITE = types.SimpleNamespace(gust=0.0, post=Post(), sides={"left", "right", "middle"})
+POSTS.add(SITE.post)""",
+        *("SITE.gust + 0 * len(POSTS)", "SITE.gust = 1.0", "SITE"),
+    ),
     "a function in an object of the user's that wraps": (
         """
 class Calls:
@@ -472,16 +509,19 @@ def test_own_workers_are_taken_until_what_they_do_not_import_has_changed(
     made, used, change, name = HELD[what]
     module = f"held_{[*HELD].index(what)}"
     (tmp_path / f"{module}.py").write_text(
-        f"import ctypes, functools, weakref\nimport numpy as np\n{made}\n"
+        f"import contextlib, ctypes, functools, os, types, weakref\nimport numpy as np\n{made}\n"
         f"def walk(rng, k): return k[0] + {used} + np.zeros((3, 2)), [k[0]]\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")  # which writes no asserts of these modules anew
     walk = importlib.import_module(module).walk
     walk(None, np.zeros(1))  # a run here fills what a library keeps
     own = system(None, walk, workers=1)
     assert not pj.learning.collect(own, KEY, n=4, quiet=True).failed.any()
     exec(change, walk.__globals__)
-    with pytest.raises(InputError, match=rf"has another {module}\.{name}\. Set globals where"):
+    with pytest.raises(
+        InputError, match=rf"has another (functools|{module})\.{name}\. Set globals"
+    ):
         pj.learning.collect(own, KEY, n=4, quiet=True)
     own.close()
 

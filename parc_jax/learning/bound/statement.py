@@ -164,8 +164,8 @@ def _in_scene(p: Premises) -> str:
     seen = f"{n:,} of {p['tests']:,}"
     if "recordings" in p:
         tests = (
-            f"{seen} held-out recordings not left out by K ({p['recordings'][:12]}) had such a "
-            f"plan in it ({p['set']}), and at most {p['failed of them']:,} of these failed"
+            f"{seen} held-out recordings ({p['recordings'][:12]}) had such a plan in it ("
+            f"{p['set']}; none without k in K), and at most {p['failed of them']:,} of these failed"
         )
     else:
         tests = (

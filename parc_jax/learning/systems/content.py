@@ -29,7 +29,7 @@ OPERATIONAL = ("workers", "threads", "chunk", "at_once", "p_labels", "q_labels",
 _MOST = 20_000  # objects read before each chunk of runs; those beyond count as opaque
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _BASES = (*_PLAIN, Mapping, set, frozenset, list, tuple, np.ndarray)  # of values of users' classes
-_TABLE, _SHOWN = (*_PLAIN, np.ndarray), (types.GetSetDescriptorType, types.MemberDescriptorType)
+TABLE, _SHOWN = (*_PLAIN, np.ndarray), (types.GetSetDescriptorType, types.MemberDescriptorType)
 _LONG, _BEGINS = 200, 60  # characters of a text that is told whole; of others, how many
 _MAIN = ("__main__", "__mp_main__")  # names of the main module, the second in spawned processes
 _GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_ASSERTION_ERROR")
@@ -152,7 +152,7 @@ class Reader:
         # copies of compiled classes may hold addresses: tables that they show tell more
         shown = {y: d for cls in reversed(type(x).__mro__) for y, d in vars(cls).items()}
         shown = [y for y, d in shown.items() if isinstance(d, _SHOWN) and not y.startswith("_")]
-        tables = [y for y in (getattr(x, y, None) for y in shown) if isinstance(y, _TABLE)]
+        tables = [y for y in (getattr(x, y, None) for y in shown) if isinstance(y, TABLE)]
         known = any(isinstance(y, np.ndarray) for y in tables)
         return name_of(type(x)) + self.digest(tables if known else _copied(x))
 
@@ -234,8 +234,10 @@ class Reader:
             if not is_own(file_of(type(x))):
                 return
         if told := _is_value(x) and repr(x):  # first: some keep what they told
-            yield told  # which may leave out of a large one what its copies are made of
-            yield self.digest(_copied(x))
+            yield self.digest(_copied(x) or told)  # which may have addresses, and not all
+        if name_of(type(type(x))).startswith("_ctypes."):
+            kinds = "".join(memoryview(x).format.split(":")[::2])  # without names of fields
+            yield bytes(x) * {*"zZPO&X"}.isdisjoint(kinds)  # no addresses
         named = list(self.attributes(x))
         if not told and not named and not is_dataclass(x) and not is_own(file_of(type(x))):
             yield self._opaque(x)
@@ -270,8 +272,7 @@ class Reader:
             return
         yield self.digest(code)
         space, names = f.__globals__, frozenset(_names(code))
-        used = [x for x in globals_in(code) if x in space and not x.startswith("@")]
-        meant = {x: space[x] for x in used}
+        meant = {x: space[x] for x in named_in(code) if x in space and not x.startswith("@")}
         yield from self._named(meant, names, space.get("__name__", ""))
         taken = _imports(code, space.get("__package__") or "")
         # all of them before any is read
@@ -309,7 +310,7 @@ def _is_value(x) -> bool:
     """Whether a library compares its class by value, as Fraction, Path and members of Enum are."""
     by = next(cls for cls in type(x).__mro__ if "__hash__" in vars(cls))
     told = not is_dataclass(x) and type(x).__repr__ is not object.__repr__
-    weak = by.__module__ == "weakref"  # tells an address
+    weak = by.__module__ in ("weakref", "_weakrefset")  # tells an address
     return told and by is not object and not weak and not is_own(file_of(by))
 
 
@@ -338,10 +339,10 @@ def _names(code: types.CodeType) -> Iterator[str]:
 
 
 @lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
-def globals_in(code: types.CodeType) -> tuple[str, ...]:
-    """Global names alone, of those in `_names`: all that a function takes to another process."""
+def named_in(code: types.CodeType, by: tuple[str, ...] = _GLOBAL) -> tuple[str, ...]:
+    """Names by their use; global ones are all that a function takes to another process."""
     steps = chain.from_iterable(map(dis.get_instructions, _codes(code)))
-    return tuple(step.argval for step in steps if step.opname in _GLOBAL)
+    return tuple(step.argval for step in steps if step.opname in by)
 
 
 @lru_cache(maxsize=4096)

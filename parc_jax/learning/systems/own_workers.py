@@ -3,6 +3,7 @@
 import contextlib
 import gc
 import marshal
+import os
 import types
 from collections.abc import Iterator
 from functools import partial
@@ -33,8 +34,8 @@ class OwnWorkers(content.Reader):
         yield from super()._parts(x)
 
     def _code(self, x) -> Iterator:
-        asserts = isinstance(x, types.CodeType) and {None, "@pytest_ar"} & {*content.globals_in(x)}
-        if asserts:  # None: of one, for which pytest writes other code as it imports
+        asserts = isinstance(x, types.CodeType) and {None, "@pytest_ar"} & {*content.named_in(x)}
+        if asserts and "PYTEST_CURRENT_TEST" in os.environ:  # it wrote code for assert (None) anew
             yield x.co_firstlineno
         elif not any(content.name_of(y).startswith(_BY_TYPE) for y in (type(x), type(type(x)))):
             yield from super()._code(x)
@@ -43,15 +44,21 @@ class OwnWorkers(content.Reader):
         wraps = hasattr(f, "__wrapped__") and not is_own(f.__code__.co_filename)
         yield from self._users(f, set()) if wraps else super()._function(f)
 
-    def _users(self, x, seen: set[int]) -> Iterator[str]:
-        """Of a library's wrapper the user's code alone: the rest is filled by runs, or is new."""
-        seen.add(id(x))
+    def _users(self, x, seen: set[int], fixed: bool = True) -> Iterator[str]:
+        """Of a library's wrapper the user's code, and what is in no table: these runs may fill."""
         function = isinstance(x, types.FunctionType)
         kind = x if isinstance(x, type) else type(x)
-        if is_own(x.__code__.co_filename if function else content.file_of(kind)):
-            yield from [self.digest(x)] * callable(x)
-        elif isinstance(x, _HOLDING):
-            seen.update((id(x.__globals__), id(x.__builtins__)) if function else ())
-            for part in gc.get_referents(x):
-                if id(part) not in seen:
-                    yield from self._users(part, seen)
+        own = is_own(x.__code__.co_filename if function else content.file_of(kind))
+        if own or (isinstance(x, content.TABLE) and "0x" not in str(x)):  # an address
+            yield from [self.digest(x)] * (fixed or callable(x))
+        elif isinstance(x, _HOLDING) and id(x) not in seen:
+            seen.add(id(x))
+            parts = gc.get_referents(x)
+            if function:
+                yield self.digest(getattr(x, "__wrapped__", None))
+                filled = content.named_in(x.__code__, ("STORE_DEREF",))
+                cells = zip(x.__code__.co_freevars, x.__closure__ or (), strict=True)
+                parts = [cell for name, cell in cells if name not in filled]
+                parts += [x.__defaults__, x.__kwdefaults__, vars(x)]
+            for part in parts:
+                yield from self._users(part, seen, fixed and not isinstance(x, dict | list | set))

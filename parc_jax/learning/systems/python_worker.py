@@ -80,7 +80,7 @@ def run_sent(sending: str, code: tuple[bool, str], both, *runs) -> list[Call] | 
         if _AT:
             _LEFT[_AT[0]] = code_of(_AT[1], _AT[0][0])[1]
         held, named = code_of(both, code[0])
-        if named != _LEFT[code] if code in _LEFT else held != code:
+        if held != code and named != _LEFT.get(code):
             return OtherCode(f"process {os.getpid()} on {socket.gethostname()}", named)
         _AT[:] = code, both
     return run_many(both, *runs)
