@@ -8,7 +8,8 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.replay import Replay, replay
 from parc_jax.common.errors import InputError
-from parc_jax.learning.bound.fresh import left_out_beside, used_by
+from parc_jax.common.spelling import counted
+from parc_jax.learning.bound.fresh import left_out_beside, not_named, used_by
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import LEFT, OURS, LawSpec
 
@@ -18,8 +19,9 @@ STARTS = 10  # of those that prove safe, replayed at most
 class Recorded(NamedTuple):
     """Replays of recorded runs. runs: their outcomes. plans (n, n_p + n_k) and row (n,): the
     replayed plans, and the run of each. with_start (n_runs,) bool: runs with a start that the
-    answer proves safe. used: runs that the network or the tube was made from. gone: rows of their
-    log that are missing. law: where they are from, with what never became a row of theirs.
+    answer proves safe. used: runs that are known to have made network or tube, with their copies
+    and other parts of their recordings. gone: missing rows of their log, and of that of those.
+    law: where they are from, with what never became a row of theirs. assumed: of other runs.
     """
 
     runs: Replay
@@ -29,6 +31,7 @@ class Recorded(NamedTuple):
     law: LawSpec
     used: int = 0
     gone: int = 0
+    assumed: tuple[str, ...] = ()
 
     @property
     def left_out(self) -> dict[str, int]:
@@ -57,10 +60,22 @@ class Recorded(NamedTuple):
             f"{n['touched']:,} touched an obstacle; {inside or 'none'} that stayed in the tube "
             "failed."
             f" The runs are of {self.law.describe()}."
-            + (f" {self.used:,} of these runs made the tube, and do not test it." * (self.used > 0))
-            + (f" {self.gone:,} rows of their log were left out." * (self.gone > 0))
-            + f" {n['windows_left_out']:,} windows never became runs." * bool(self.left_out)
+            + self._made()
+            + f" {counted(self.gone, 'row was', 'rows were')} left out of their log, or of that of "
+            "the tube's runs."
+            * (self.gone > 0)
+            + f" {counted(n['windows_left_out'], 'window')} never became runs."
+            * bool(self.left_out)
+            + f" Assumes: FRESH({', '.join(self.assumed)})." * bool(self.assumed)
         )
+
+    def _made(self) -> str:
+        """Runs that test nothing."""
+        if not self.used:
+            return ""
+        some = "At least " if self.assumed and self.used < len(self.with_start) else ""
+        told = "they, copies of them or parts of their recordings made the tube"
+        return f" {some}{self.used:,} of these runs do not test it: {told}."
 
 
 def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
@@ -85,4 +100,5 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     done = replay(runs.select(row), answer.scene, plans)
     made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
     gone = left_out_beside(answer.model.claim, runs)
-    return Recorded(done, plans, row, of, runs.law, int((made != "").sum()), gone)
+    assumed = tuple(not_named(answer.model.claim, runs.seed is None))
+    return Recorded(done, plans, row, of, runs.law, int((made != "").sum()), gone, assumed)

@@ -376,7 +376,7 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
-    copies = "FRESH(copies that differ by more than 1e-05 of their size would not be recognised"
+    copies = "p and q 1e-05 of the largest, would not be recognised"
     assert f"{copies}; none is a {before} of these" in new.details()
     _, new = update(claim, NET, stored(collect(system, other, 60, quiet=True)), log)
     assert f"would not be recognised; none is a {before} of these" in new.details()
@@ -387,8 +387,8 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert f"FRESH(none is a profile or training run of the claim, {whose})" in said
 
 
-def test_a_monitor_of_a_claim_about_a_log_says_that_copies_are_assumed_to_be_none():
-    """Of runs in files, in another rounding or of no uniform law, no test can tell that."""
+def test_a_monitor_of_a_claim_about_a_log_knows_near_copies_and_assumes_that_no_others_come():
+    """Of runs in files, in a coarse rounding and of no uniform law, no test can tell that."""
     system = plant(disturbed)
     train, held = (collect(system, KEY, 60, stage, quiet=True) for stage in (1, 2))
     made = {"eps": 0.2, "delta": 0.1, "bins": (1, 1), "quiet": True}
@@ -396,9 +396,11 @@ def test_a_monitor_of_a_claim_about_a_log_says_that_copies_are_assumed_to_be_non
     watch = monitor(one, NET, share=1.0)
     with pytest.raises(InputError, match="60 of 60 are its calibration runs"):
         watch.observe(stored(held, "logged"))
+    for use, runs in (("calibration", held), ("training", train)):
+        with pytest.raises(InputError, match=f"60 of 60 are its {use} runs"):
+            watch.observe(stored(runs, "logged", np.float32))
     told = "none is a calibration or training run of the claim beside 128 of each part of these"
-    for runs in (stored(held, "logged", np.float32), stored(train, "logged", np.float32)):
-        assert f"FRESH({told}" in watch.observe(runs).details()
+    assert f"FRESH({told}" in watch.observe(stored(held, "logged", np.float16)).details()
 
 
 def stored(runs, k_law="uniform", dtype=np.float64, at=0.0):

@@ -152,6 +152,6 @@ def _require_unseen(claim: ErrorClaim, runs: RolloutBatch) -> None:
     if seen.any():
         raise InputError(
             "validate: expected recordings of which neither network, K nor error shape have seen "
-            f"a part; of {int(seen.sum())} of {runs.n} runs they have, the first is row "
+            f"a part; of at least {int(seen.sum())} of {runs.n} runs they have, the first is row "
             f"{runs.rows[np.argmax(seen)]}. Pass what runs.split(share) set aside before training."
         )

@@ -30,9 +30,7 @@ from parc_jax.learning.runs.law import STATED, TO_ALL
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
-_HOW_NEAR = (
-    f"k within {TOLERANCES.near_k:g} of its range, p and q {TOLERANCES.near_p:g} of their size"
-)
+_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p and q {TOLERANCES.near_p:g} of the largest"
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
@@ -61,8 +59,8 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             first, second = scores.rows[pairs[0]]
             raise InputError(
                 f"holdout: expected independent runs; rows {first} and {second} are copies of each "
-                f"other ({_HOW_NEAR}), {len(pairs):,} pairs in all. Parts of one recording belong "
-                "to one group (groups=); remove other copies."
+                f"other ({_NEAR}), at least {len(pairs):,} pairs in all. Parts of one "
+                "recording belong to one group (groups=); remove other copies."
             )
     elif gaps := left_out(scores, train, between=True):
         raise InputError(
@@ -166,11 +164,8 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     of its recording, by name; "" of a fresh one.
     """
     uses, ids = np.full(runs.n, "", "U20"), short_ids(runs.hashes())
-    trained = {"runs": [], "recordings": []} | claim.evidence.get("training", {})
-    uses[np.isin(ids, trained["runs"])] = TRAINING  # all that some files tell
-    if runs.groups is not None:
-        names = np.array(trained["recordings"], np.int64)
-        uses[np.isin(runs.groups, names[names >= NAMED])] = TRAINING
+    for use in (CALIBRATION, TRAINING):  # all that some files tell
+        uses[_met(claim, use, runs)] = use
     for use, *source, rows, marks in ledger_of(claim):
         by_k, contents = [mark[:12] for mark in marks], [mark[12:] for mark in marks]
         old = np.isin(ids, contents) | repeated(runs, by_k)
@@ -184,6 +179,18 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     return uses
 
 
+def _met(claim: ErrorClaim, use: str, runs: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs of a use in files, by content, by k and end, or by name of the recording."""
+    told = claim.evidence.get(use, {})
+    met = np.isin(short_ids(runs.hashes()), told.get("runs", []))
+    if told.get("ends"):
+        ends = np.split(np.array(hex_floats(told["ends"])), [runs.n_k, runs.n_k + runs.n_c], axis=1)
+        ours = Marks(runs.k, runs.p[:, -1].astype(float), runs.q)
+        met[near_copies(ours, Marks(*ends), 2 * claim.domain.radius)[:, 0]] = True
+    names = [name for name in map(int, told.get("recordings", [])) if name >= NAMED]
+    return met if runs.groups is None else met | np.isin(runs.groups, names)
+
+
 def not_named(claim: ErrorClaim, logs: bool, met: Set[str] = frozenset()) -> list[str]:
     """What is assumed of other runs, which no test could tell: that they are none of a use that its
     ledger does not tell of, as a file of a network alone tells of none. logs: whether others, or
@@ -193,13 +200,17 @@ def not_named(claim: ErrorClaim, logs: bool, met: Set[str] = frozenset()) -> lis
     ledger = ledger_of(claim)
     in_files = [entry for entry in ledger if entry[4] and (logs or entry[2] is None)]
     known, bare = {entry[0] for entry in ledger}, {x[0] for x in in_files if not x[5]}
-    windows = logs and claim.evidence.get("training", {}).get("runs")
+    kept = {x: claim.evidence.get(x, {}) for x in (TRAINING, CALIBRATION)}
+    held = sum(len(x[4]) for x in in_files if x[0] == CALIBRATION and x[2] is None)
+    older = {CALIBRATION} if held > len(kept[CALIBRATION].get("ends", [])) else set()
+    named = {x for x, told in kept.items() if told.get("runs") or told.get("ends")} - older
     marked = f" beside {MARKED} of each part of these, compared by content and by uniform k"
     uses = {
         ", whose network does not say what it was trained on": {TRAINING, SHAPE} - known,
         "": bare,
         marked: {entry[0] for entry in in_files} - bare,
-        ", nor a part of its recording by another name or number": {TRAINING} if windows else (),
+        ", nor a part of its recording by another name or number": named if logs else (),
+        ", nor a part of its recording, of which it keeps no name": older if logs else (),
     }
     said = ((" or ".join(sorted({*use} - met)), more) for more, use in uses.items())
     return [f"none is a {use} run of the claim{more}" for use, more in said if use]
@@ -210,8 +221,9 @@ def named_runs(scores: Scores) -> dict[str, list]:
     marks = {"marks": marks_in(scores.k, scores.ids)}
     if scores.seed is not None:
         return marks
-    runs = sorted(short_ids(scores.ids))
-    return marks | {"runs": runs, "log": _log(scores), "held": identity_of(scores)}
+    told = names_of(scores)
+    known = {name: told.pop(name) for name in ("recordings", "ends")}
+    return marks | told | {"held": identity_of(scores), CALIBRATION: known}
 
 
 def short_ids(hashes: np.ndarray) -> list[str]:
@@ -219,24 +231,28 @@ def short_ids(hashes: np.ndarray) -> list[str]:
     return [text.decode()[:12] for text in hashes.tolist()]
 
 
-def names_of(runs: RolloutBatch) -> dict[str, list]:
+def names_of(runs: RolloutBatch | Scores) -> dict[str, list]:
     """The runs of a log by content, k and end, its recordings by name, and the log itself, as
     stored in evidence; nothing of runs of a seed.
     """
     if runs.seed is not None:
         return {"runs": [], "recordings": [], "ends": [], "log": []}
+    scored = isinstance(runs, Scores)
+    ids, (k, p, q) = (runs.ids, runs.marks) if scored else (runs.hashes(), marks_of(runs))
     groups = [] if runs.groups is None else np.unique(runs.groups).astype(str).tolist()
-    ids, ends = sorted(short_ids(runs.hashes())), hex_text(np.hstack(_ends(runs)))
-    return {"runs": ids, "recordings": groups, "ends": ends, "log": _log(runs)}
+    ends, log = hex_text(np.hstack([k, p[:, -1], q])), _log(runs)
+    return {"runs": sorted(short_ids(ids)), "recordings": groups, "ends": ends, "log": log}
 
 
 def remembered(claim: ErrorClaim, new: ErrorClaim) -> dict:
     """Evidence of all that a claim and its update saw: the network may be the old one."""
-    before, after = (one.evidence.get("training", {}) for one in (claim, new))
-    both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
-    both = before | after | both | {"logs": [*_logs(before), *_logs(after)]}
-    seen = {SEEN: [*ledger_of(claim), *new.evidence[SEEN]]}
-    return seen | ({"training": both} if before or after else {})
+    seen: dict = {SEEN: [*ledger_of(claim), *new.evidence[SEEN]]}
+    for use in (TRAINING, CALIBRATION):
+        before, after = (one.evidence.get(use, {}) for one in (claim, new))
+        both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
+        both = before | after | both | {"logs": [*_logs(before), *_logs(after)]}
+        seen |= {use: both} if before or after else {}
+    return seen
 
 
 def _logs(named: dict) -> list[list]:
@@ -248,13 +264,8 @@ def seen_in_training(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
     """(n,) bool: runs of a log that training has seen, of those that the claim records, their
     copies, and parts of the same recordings. Raises InputError where these cannot be told.
     """
-    trained = {"runs": [], "recordings": []} | claim.evidence.get("training", {})
-    seen = np.isin(short_ids(runs.hashes()), trained["runs"])
-    if trained.get("ends"):
-        k, end = np.split(np.array(hex_floats(trained["ends"])), [runs.n_k], axis=1)
-        width = claim.domain.hi - claim.domain.lo
-        seen[near_copies(_ends(runs), Marks(k, end), width)[:, 0]] = True
-    if trained["recordings"]:
+    trained, seen = claim.evidence.get(TRAINING, {}), _met(claim, TRAINING, runs)
+    if trained.get("recordings"):
         names = np.array(trained["recordings"], np.int64)
         groups = np.zeros(0, np.int64) if runs.groups is None else runs.groups
         kinds = [set((some >= NAMED).tolist()) for some in (names, groups)]
@@ -267,11 +278,6 @@ def seen_in_training(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
             )
         seen |= np.isin(groups, names)
     return seen
-
-
-def _ends(runs: RolloutBatch) -> Marks:
-    """Marks of runs by k and end alone: few numbers, kept in evidence."""
-    return Marks(np.asarray(runs.k), np.hstack([runs.p[:, -1].astype(float), runs.q]))
 
 
 def _log(runs: RolloutBatch | Scores) -> list[str]:
@@ -298,9 +304,10 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
             seen[near_copies(scores.marks, marks_of(train), width)[:, 0]] = True
     if seen.any():
         raise InputError(
-            f"holdout: {int(seen.sum())} of {len(seen)} runs are training runs or copies of them "
-            f"({_HOW_NEAR}), the first is row {scores.rows[np.argmax(seen)]}; expected fresh ones. "
-            "Draw from stage BOUND, or set recordings aside before training."
+            f"holdout: {'at least ' * (not seen.all())}{seen.sum()} of {len(seen)} runs are "
+            f"training runs or copies of them ({_NEAR}), the first is row "
+            f"{scores.rows[seen][0]}; expected fresh ones. Draw from stage BOUND, or set "
+            "recordings aside before training."
         )
     if scores.groups is None or train.groups is None:
         return
@@ -328,11 +335,11 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
         return ()
     if train is None:
         return ("FRESH(there were no training runs to compare with)",)
-    said = f"copies that differ by more than {TOLERANCES.near_p:g} of their size"
+    said = f"copies other than with {_NEAR},"
     if train.seed is None and (scores.groups is None or train.groups is None):
-        said = f"other windows of recordings that training saw, or {said},"
+        said = f"other windows of recordings that training saw, or {said}"
     elif train.seed is None:
-        said += ", or parts of its recordings by another name or number,"
+        said += " or parts of its recordings by another name or number,"
     return (f"FRESH({said} would not be recognised)",)
 
 

@@ -322,9 +322,9 @@ def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
         uses = zip(*np.unique(made[old], return_counts=True), strict=True)
         told = " and ".join(f"{n} of {batch.n} are its {use} runs" for use, n in uses)
         raise InputError(
-            f"{batch.name}: expected runs made after the claim; {told}, the first is row "
-            f"{batch.rows[np.argmax(old)]}. Leave them out, with all copies of them, or draw new "
-            "ones, from another key or recorded since."
+            f"{batch.name}: expected runs made after the claim; "
+            f"{'at least ' * (not old.all())}{told}, the first is row {batch.rows[old][0]}. Leave "
+            "them out, with copies of them and parts of their recordings, or draw new ones."
         )
 
 

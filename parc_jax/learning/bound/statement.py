@@ -7,7 +7,7 @@ from parc_jax.checker import Rejected
 from parc_jax.checker.claim import PART, set_of, stated_premises
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import ASSUMED, CHECKED, MEASURED, Premises, premises
-from parc_jax.common.spelling import exact, rounded_down, rounded_up
+from parc_jax.common.spelling import counted, exact, rounded_down, rounded_up
 
 if TYPE_CHECKING:
     from parc_jax.learning.bound.claim import ErrorClaim
@@ -188,7 +188,7 @@ def _counts(p: Premises) -> str:
     looks = f"; delta is shared by {p['looks']} looks" if p["looks"] > 1 else ""
     gaps = ""
     if "left out" in p:
-        gaps = f" Before that {p['left out']:,} rows beside theirs were left out of the runs."
+        gaps = f" Before that {counted(p['left out'], 'row')} beside theirs had been left out."
     # the law has the numbers of a box of which plans choose from a part, and calls that part K
     box = f"K, a part of {p['box']}," if p["k"].endswith(PART) and p["box"] != "K" else p["box"]
     return (

@@ -21,17 +21,17 @@ _CHANCE = 1e-3  # of more near pairs among independent uniform draws than are to
 
 
 class Marks(NamedTuple):
-    """Features to recognise copies: k (n, n_k), and path (n, m): p at a few records, then q."""
+    """Features to recognise copies: k (n, n_k), p (n, ..., n_c) at some records, q (n, n_q)."""
 
     k: np.ndarray
-    path: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
 
 
 def marks_of(batch: RolloutBatch) -> Marks:
     """The marks of every run of a batch."""
     records = np.unique(np.linspace(0, batch.time.n_record, _TIMES + 1).astype(int)[1:])
-    path = np.asarray(batch.p[:, records], np.float64).reshape(batch.n, -1)
-    return Marks(np.asarray(batch.k), np.concatenate([path, np.asarray(batch.q)], axis=1))
+    return Marks(batch.k, batch.p[:, records].astype(np.float64), batch.q)
 
 
 def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarray:
@@ -45,32 +45,35 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     from scipy.stats import poisson
 
     both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
-    finite = np.isfinite(both.path).all(axis=1)
-    size = np.abs(both.path[finite]).max(axis=0, initial=0.0)
-    ours, first = _scaled(one, width, size)
+    p, n, n_k = both.p.reshape(len(both.p), -1), len(one.k), len(width)
+    finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
+    # one length for all of p: a file has as many decimals beside the way and near its start
+    size = np.abs(p[finite]).max(initial=0.0), np.abs(both.q[finite]).max(axis=0, initial=0.0)
+    near = TOLERANCES.near_k, TOLERANCES.near_p, TOLERANCES.near_p
+    parts = zip((both.k, p, both.q), (width, *size), near, strict=True)
+    rows = np.hstack([x / (by * np.where(size > 0, size, 1.0)) for x, size, by in parts])
+    first, second = np.flatnonzero(finite[:n]), np.flatnonzero(finite[n:])
+    ours, theirs = rows[first], rows[n + second]
+    uniform = float(np.prod(np.full(n_k, 2 * TOLERANCES.near_k)))
     if other is None:
         pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        tried = len(ours) * (len(ours) - 1) / 2
+        by_chance = uniform * len(ours) * (len(ours) - 1) / 2
         pairs = np.sort(first[pairs.reshape(-1, 2)], axis=1)
     else:
-        theirs, second = _scaled(other, width, size)
-        near = np.full(len(ours), len(theirs))
-        if len(theirs):
-            near = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
-        hit = np.flatnonzero(near < len(theirs))
-        pairs = np.stack([first[hit], second[near[hit]]], axis=1)
-        tried = len(ours) * len(theirs)
-    by_chance = tried * float(np.prod(np.full(len(width), 2 * TOLERANCES.near_k)))
+        which = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
+        hit = np.flatnonzero(which < len(theirs))
+        pairs = np.stack([first[hit], second[which[hit]]], axis=1)
+        by_chance = uniform * len(ours) * len(theirs)
+        if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
+            by_k = cKDTree(ours[:1000, :n_k])
+            i, j = by_k.query_pairs(1.0, p=np.inf, output_type="ndarray").T
+            alike = np.abs(ours[i] - ours[j]) <= 1
+            equal = alike.all(axis=1).sum()  # some more in truth, but no more than along one axis
+            share = min(alike.sum(axis=0).min(), equal + 3 * np.sqrt(equal) + 3) / max(len(i), 1)
+            same = cKDTree(ours[:, :n_k]).count_neighbors(cKDTree(theirs[:, :n_k]), 1.0, np.inf)
+            by_chance = max(by_chance, share * same)
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     return pairs if len(pairs) > poisson.isf(_CHANCE, by_chance) else pairs[:0]
-
-
-def _scaled(marks: Marks, width, size) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates in which a copy lies within one, and the rows that they belong to."""
-    rows = np.flatnonzero(np.isfinite(marks.path).all(axis=1))
-    k = marks.k[rows] / (TOLERANCES.near_k * np.where(width > 0, width, 1.0))
-    path = marks.path[rows] / (TOLERANCES.near_p * np.where(size > 0, size, 1.0))
-    return np.concatenate([k, path], axis=1), rows
 
 
 # probability, about, of refusing uniform k: by all tests of their distribution, and for repeated k

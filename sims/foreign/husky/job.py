@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.app.study.job import finish
-from parc_jax.common.spelling import rounded_down, rounded_up
+from parc_jax.common.spelling import counted, rounded_down, rounded_up
 from parc_jax.common.stopwatch import Stopwatch
 from parc_jax.planner import Planner
 from parc_jax.safe_set.settings import Settings
@@ -130,7 +130,8 @@ def told(m: dict, answer: Answer) -> str:
             f"{r['touched']} touched, {r['left_the_tube']} left the tube"
             + f"; {r['made_the_tube']} of these commands made the tube, and do not test it"
             * (r["made_the_tube"] > 0)
-            + f"; {r['rows_left_out']} rows of their log were left out" * (r["rows_left_out"] > 0)
+            + f"; {counted(r['rows_left_out'], 'row')} left out of their log, or of the tube's"
+            * (r["rows_left_out"] > 0)
         )
     u = m["unseen"]
     lines.append(

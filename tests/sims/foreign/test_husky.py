@@ -109,7 +109,7 @@ def test_the_report_says_of_which_confidence_and_of_which_runs_it_is():
     assert "left out\n" not in said and "(claimed at 95 %: at most 5 %)" in said
     replayed |= {"made_the_tube": 0, "rows_left_out": 3}
     said = told(metrics, SimpleNamespace(details=lambda: ""))
-    assert "0 left the tube; 3 rows of their log were left out" in said
+    assert "0 left the tube; 3 rows left out of their log, or of the tube's" in said
 
 
 def test_lower_bounds_of_shares_are_rounded_down(affine, runs, monkeypatch, capsys):
