@@ -252,10 +252,11 @@ def set_of(answer, name: str = "the model's safe set") -> str:
 
 def told_under(scene: Scene) -> str:
     """What all that is said of the plans of a scene is under, for one line."""
-    tube, box = UNSHOWN.get(scene.model.claim.kind, ""), in_box(scene.box_of_k)
-    doubt = "" if scene.nominal.uncertainty is None else " for all that is uncertain"
+    asked, box = scene.nominal, in_box(scene.box_of_k)
+    tube = UNSHOWN.get(asked.model.claim.kind, "")
+    doubt = "" if asked.uncertainty is None else " for all that is uncertain"
     start = "" if scene.at is None else " from one start"
-    moments = [x.at for x in scene.problem.all_spans if x is not None and x.at is not None]
+    moments = [x.at for x in asked.problem.all_spans if x is not None and x.at is not None]
     begin = f" for a begin at {float(moments[0])!r} s of a clock" if moments else ""
     return f"{tube}{box}{doubt}{start}{begin}"
 

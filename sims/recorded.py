@@ -66,7 +66,7 @@ class Recorded(NamedTuple):
             * (self.gone > 0)
             + f" {counted(n['windows_left_out'], 'window')} never became runs."
             * bool(self.left_out)
-            + f" Assumes: FRESH({', '.join(self.assumed)})." * bool(self.assumed)
+            + f" Assumes of the others: FRESH({', '.join(self.assumed)})." * bool(self.assumed)
         )
 
     def _made(self) -> str:

@@ -37,7 +37,7 @@ CHOSEN = (
     Fault(
         "start_of_a_tested_plan_is_not_tried",
         "start_gap.trial_of",
-        "try_starts(system, key, declared_gap(claim, GAP)) if seen is None else None",
+        "try_starts(system, key, declared_gap(claim, GAP), claim.domain) if new else None",
         "None",
         "tests/local/test_validate.py"
         "::test_a_start_that_matters_is_seen_where_the_claim_did_not_look",

@@ -17,7 +17,7 @@ METADATA = "metadata.yaml"  # makes a folder a bag of ROS 2
 # in it; an empty or zeroed one may be of any
 OF_BAG = re.compile(r"rosbag2_bagfile_information|\A\s*\Z|\0")
 PARTS = ("*.db3", "*_0.mcap")  # files of a bag of ROS 2 alone: its metadata are lost without a key
-WHOLE = "a complete bag (of one truncated or damaged try `mcap recover`, `ros2 bag reindex`)"
+WHOLE = f"a complete bag, any {METADATA} by ROS (else try `mcap recover`, `ros2 bag reindex`)"
 # known to be none; of any other ending, as .old or .1, it may be. The last: of `rosbag reindex`
 EXPORTS = "csv|docx?|geojson|gpx|h5|hdf5|html?|json|kml|mat|np[yz]|parquet|pdf|pkl|tsv|xlsx?|xml"
 PICTURES = "avi|bmp|eps|gif|jpe?g|mkv|mov|mp4|png|svg|tiff?|webm|webp"

@@ -271,13 +271,13 @@ def frames_between(folder):
 def cut_off(folder):
     path = next(bag(folder).glob("*.mcap"))
     path.write_bytes(path.read_bytes()[:-2000])
-    return path, {}, "expected a complete bag .*truncated or damaged"
+    return path, {}, "expected a complete bag.*`mcap recover`"
 
 
 def cut_off_ros1(folder):
     path = bag(folder, "ros1")
     path.write_bytes(path.read_bytes()[:-2000])
-    return path, {}, "expected a complete bag .*truncated or damaged"
+    return path, {}, "expected a complete bag.*`mcap recover`"
 
 
 def fewer_than_indexed(folder):

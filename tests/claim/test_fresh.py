@@ -25,7 +25,7 @@ from parc_jax.learning.runs.loaders import load_rollouts
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 LOGS = "file:a", "file:b", "file:c", "file:d"
-OTHERS = "copies other than with k within 1e-06 of its range, p and q 1e-05 of the largest"
+OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of a usual length"
 pytestmark = pytest.mark.soundness
 
 
@@ -154,6 +154,20 @@ def test_ends_that_are_equal_by_rounding_are_of_no_copies(settings):
     assert len(near_copies(one, other, np.ones(2))) == 0
     copies = one._replace(p=one.p + 1e-7)
     assert len(near_copies(copies, one, np.ones(2))) == n
+    by_k = np.lexsort(other.k.T)  # as a campaign logs them, and one by one
+    each = [Marks(*(x[by_k[i]] for x in other)) for i in (slice(n // 2), slice(n // 2, n))]
+    each += [Marks(*(x[i : i + 1] for x in other)) for i in range(20)] * (settings > 1)
+    assert sum(len(near_copies(some, one, np.ones(2))) for some in each) == 0
+
+
+def test_one_run_that_diverged_makes_no_others_alike():
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n = np.random.default_rng(0), 60
+    p = rng.uniform(size=(2 * n, 8, 2))
+    p[7] *= 1e6
+    one, other = (Marks(np.ones((n, 1)), x, np.zeros((n, 0))) for x in np.split(p, 2))
+    assert not len(near_copies(one, None, np.ones(1))) + len(near_copies(one, other, np.ones(1)))
 
 
 @pytest.mark.parametrize("n_k", [1, 2])

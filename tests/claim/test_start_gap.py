@@ -18,7 +18,7 @@ from turning_arc import Arc
 import parc_jax as pj
 from parc_jax.app.study.settings import Study
 from parc_jax.common.errors import InputError
-from parc_jax.common.keys import Stage
+from parc_jax.common.keys import Stage, generator
 from parc_jax.drive.local.trials import ledger_of_tests
 from parc_jax.learning.bound.calibrate import calibrate
 from parc_jax.learning.bound.monitor import inside_tube
@@ -211,7 +211,8 @@ def test_starts_whose_runs_come_to_no_end_are_not_told_to_have_been_compared():
     about = {"name": "cart", "n_p": 2, "workers": 0, "simulate_from": simulate_from}
     cart = pj.python_system(simulate, K, time, **about)
     trial = try_starts(cart, KEY, 0.0)
-    failed = collect(cart, KEY, 8, Stage.SEARCH, quiet=True).failed
+    k = generator(KEY).uniform(K.lo, K.hi, (8, 2))
+    failed = collect(cart, KEY, 8, Stage.SEARCH, k=k, quiet=True).failed
     number = ("no", "one", "two", "three", "four", "five", "six", "seven")[8 - int(failed.sum())]
     claim = allow_for_start(replace(line_model(4, 0.1).claim, assumptions=("IID", MOVED)), trial)
     assert 0 < failed.sum() < 8 and claim.assumptions == (

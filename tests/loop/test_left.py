@@ -92,9 +92,9 @@ def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
         (lambda done, path: (done, path[:, :1]), r"\(n, 1, 2\); got shape \(9, 1\)"),
         (lambda done, path: (done[:1], path[:1]), r"2 records or more, .* got shape \(1, 2\)"),
         (lambda done, path: (done, path[:2]), "from 0 to 0.25 s; number 1 began at 0.5 s"),
-        (lambda done, path: ([], path), r"at least one commitment; got \[\]"),
-        (lambda done, path: (iter(done), path), "at least one commitment; got <list_iterator"),
-        (lambda done, path: ([3], path), "commitments, and places as numbers; got AttributeError"),
+        (lambda done, path: ([], path), r"a list of commitments alone; got \[\]"),
+        (lambda done, path: (iter(done), path), "a list of commitments alone; got <list_iterator"),
+        (lambda done, path: ([3], path), r"a list of commitments alone; got \[3\]"),
         (lambda done, path: (done, [[0, 0], [1]]), "places as numbers; got ValueError"),
         # what is unknown of the others is never "not left"
         (lambda done, path: (done[1:], path), "from number 0 on; got number 1 first"),

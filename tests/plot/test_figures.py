@@ -56,6 +56,7 @@ def test_samples_regions_and_films_tell_of_a_tube_that_runs_may_leave(answer, ki
     one = toy_answer()
     one.corridors = ()
     one.model = answer.model.replace(claim=replace(answer.model.claim, kind=kind))
+    one.scene = replace(one.scene, nominal=replace(one.scene.nominal, model=one.model))
     table = enumerate_regions(one.model.net, one.model.domain)
     drawn = [samples(one), regions(one, table)]
     titles = [figure.axes[0].get_title("left") for figure in drawn]

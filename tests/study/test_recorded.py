@@ -85,7 +85,7 @@ def test_windows_that_never_became_runs_are_said(answer, runs):
     assert found.counts()["windows_left_out"] == 1012 and found.counts()["rows_left_out"] == 0
     said = found.details()
     assert "k as logged, dropped = 1,010 left out, still = 2 left out; " in said
-    assert " 1,012 windows never became runs. Assumes: FRESH(" in said
+    assert " 1,012 windows never became runs. Assumes of the others: FRESH(" in said
     found = replay_recorded(answer, runs)
     assert found.counts()["windows_left_out"] == 0 and "windows" not in found.details()
 

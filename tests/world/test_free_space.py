@@ -160,7 +160,7 @@ def test_edges_of_free_space_are_for_a_robot_inside_of_it():
             step = loop.step([x, 0.0], [], obstacles, lambda seen: -seen.path[:, -1, 0])
             assert step.new == inside
         assert "expected a start inside the free space" in step.reason
-    goal = pj.box([-1.0, -1.0], [1.0, 1.0])
+    goal = pj.box([-1.0] * 3, [1.0] * 3)
     for start in (None, pj.box([3.0, 0.0], [5.0, 1.0])):  # anywhere, and partly outside
         with pytest.raises(InputError, match="expected a start inside the free space"):
             query(pj.reach_avoid(goal, edges, 0.1, start), line).nominal()

@@ -160,7 +160,7 @@ class Choice(Sealed):
     ) -> "Choice":
         """Run exactly this plan afresh and bound its probability of failure; spends one look. [T6]
 
-        How much the start matters to this very system is tried first, as far as it offers that.
+        Where the claim has not tried, on this plant, how much the start matters, that comes first.
         system: the black box of the model. key: only its DRIVEN stream is used.
         eps: bound to reach when no run fails. n: runs; None for as many as eps takes at this look's
         share of delta (6,905 for 1e-3 at 1e-3).
@@ -218,7 +218,7 @@ class Choice(Sealed):
         whole = self.model.domain
         box = box_around(self.k, float(local.share) ** (1 / whole.n), whole)
         gap = max(local.gap, declared_gap(self.model.claim))
-        start = try_starts(system, key_of_trial(key), gap)
+        start = try_starts(system, key_of_trial(key), gap, whole)
         look = self.looks.take()  # spent, also where its runs fail
         fresh = fresh_key(key, look, self.plan, box.lo, box.hi)
         runs = LocalRuns(system, fresh, local.rollouts, None, quiet, box)

@@ -21,12 +21,14 @@ from parc_jax.checker.claim import STARTS
 from parc_jax.common.arrays import difference
 from parc_jax.common.errors import InputError
 from parc_jax.common.keys import Stage, generator
+from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.bound.claim import ErrorClaim, derived, weaker
 from parc_jax.learning.bound.settings import GAP, check_gap
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.chunks import require_same_runs
 from parc_jax.learning.runs.collect import collect
+from parc_jax.learning.runs.law import law_of
 from parc_jax.learning.runs.simulate import is_traceable, simulator, traced
 from parc_jax.learning.system import TURNS, System, Trajectory, rotation_of
 from parc_jax.learning.systems.chained import Chained
@@ -57,9 +59,9 @@ class StartGap(NamedTuple):
         return float(max(self.p.max(), self.q.max(initial=0.0)))
 
 
-def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike) -> StartGap:
+def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike, k=None) -> StartGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and
-    compare offsets. Uses the SEARCH stream of `key`.
+    compare offsets. Uses the SEARCH stream of `key`. k (n, n_k): by default drawn from K.
 
     The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it
     is not JAX, `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap of about 1e-12 m in
@@ -76,14 +78,14 @@ def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike) -> Start
     starts = np.asarray(starts, np.float64)
     if starts.ndim != 2 or starts.shape[1] != system.n_p:
         raise InputError(f"translation_gap: expected starts (n, {system.n_p}); got {starts.shape}.")
-    k, here, there = _both(system, key, many, starts, "rollout_from(key, k, p0)")
+    k, here, there = _both(system, key, many, starts, "rollout_from(key, k, p0)", k)
     p = difference(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
     return StartGap(p, difference(here.q, there.q).max(axis=0), starts, k)
 
 
-def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike) -> StartGap:
+def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike, k=None) -> StartGap:
     """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
-    start, turned back, and compare. Uses the SEARCH stream of `key`. Raises InputError.
+    start, turned back, and compare. key, k: as of `translation_gap`. Raises InputError.
 
     The system must declare `rotation` and offer `rollout_headed(key, k, heading) -> Trajectory`, p
     relative to the start and not turned back.
@@ -99,7 +101,7 @@ def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike) -> StartG
     if headings.ndim != 1:
         raise InputError(f"rotation_gap: expected headings (n,); got {headings.shape}.")
     many = jax.jit(jax.vmap(headed_rollout))
-    k, straight, headed = _both(system, key, many, headings, "rollout_headed(key, k, heading)")
+    k, straight, headed = _both(system, key, many, headings, "rollout_headed(key, k, heading)", k)
     cosine, sine = np.cos(headings), np.sin(headings)
     back = np.array([[cosine, sine], [-sine, cosine]])
     places = np.asarray(headed.p).reshape(len(headings), -1, 2)
@@ -111,14 +113,14 @@ def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike) -> StartG
 
 
 def _both(
-    system: Any, key: jax.Array, many: Callable, starts: np.ndarray, call: str
+    system: Any, key: jax.Array, many: Callable, starts: np.ndarray, call: str, k
 ) -> tuple[np.ndarray, Trajectory, Trajectory]:
     """k (n, n_k), and their runs from zero and from starts (n, ...), by one call of many (keys, k,
     starts). Raises InputError for a fault in the user's `call`.
     """
-    own = collect(system, key, len(starts), Stage.SEARCH, quiet=True)
+    own = collect(system, key, len(starts), Stage.SEARCH, k=k, quiet=True)
     runs, zeros = simulator(system), np.zeros_like(starts)
-    rows = runs.rows(key, Stage.SEARCH, np.arange(len(starts)))
+    rows = runs.rows(key, Stage.SEARCH, np.arange(len(starts)), k)
 
     def made(starts: np.ndarray, double: bool = True) -> Trajectory:
         with jax.enable_x64(double), blamed(f"{system.name}: expected {call} to run"):
@@ -180,18 +182,18 @@ def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
     return (MOVED,) if rotation is None else (MOVED, TURNED)
 
 
-def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
+def try_starts(system: System, key: jax.Array, declared: float, K: Box | None = None) -> StartTrial:
     """Compare runs from other starts, and with other headings, as far as the system offers them.
     Uses the SEARCH stream of `key`, not consumed.
 
     declared: [m or rad], by which `allow_for_start` will widen the tube. Raises InputError when the
-        start, or its heading, matters more.
+        start, or its heading, matters more. K: of which k are tried, by default that of the system.
     """
     check_gap(declared)
     turned = None
     if isinstance(system, Chained):  # its runs begin in motion, and those to try at rest
         return StartTrial(declared, None)
-    K = system.domain
+    K = K or system.domain
     k = generator(key).uniform(K.lo, K.hi, (STARTS, K.n))
     # code of the user, which may seed what it likes; most tell by the first k
     by_key, by_python = _decided(system)
@@ -208,10 +210,10 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     moved = any(callable(getattr(system, name, None)) for name in offered)
     if not (headed or moved):
         return StartTrial(declared, None, None, alike)
-    few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
+    few = collect(system, key, STARTS, Stage.SEARCH, k=k, quiet=True)
     ended = STARTS - int(few.failed.sum())  # where others end elsewhere, they differ
     if headed:
-        turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS)).largest
+        turned = rotation_gap(system, key, generator(key).uniform(-np.pi, np.pi, STARTS), k).largest
         if not turned <= declared:
             raise InputError(
                 f"{system.name}: expected runs that turn with their heading to within "
@@ -222,7 +224,7 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
         return StartTrial(declared, None, turned, alike, ended)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
     starts = FAR * float(travelled) * generator(key).uniform(-1, 1, (STARTS, system.n_p))
-    gap = translation_gap(system, key, starts)
+    gap = translation_gap(system, key, starts, k)
     if gap.largest > declared:
         raise InputError(
             f"{system.name}: expected runs that do not depend on where they start by more than "
@@ -262,11 +264,13 @@ def declared_gap(claim: ErrorClaim, unsaid: float = 0.0) -> float:
     return float.fromhex(start["gap"])
 
 
-def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial:
-    """The trial behind further runs: of this very system, since one of its name may be another."""
+def trial_of(claim: ErrorClaim, system: System | RolloutBatch, key: jax.Array) -> StartTrial | None:
+    """The trial behind further runs; None where the claim tells of its own, on a plant so named."""
     if isinstance(system, RolloutBatch):  # recorded runs cannot be started elsewhere
         return StartTrial(declared_gap(claim), None)
-    return try_starts(system, key, declared_gap(claim, GAP))
+    told = claim.evidence.get("start", {}).get("seen") is not None
+    new = not told or claim.law.source != law_of(system).source
+    return try_starts(system, key, declared_gap(claim, GAP), claim.domain) if new else None
 
 
 def off_from_start(claim: ErrorClaim, start: StartTrial | None = None) -> float:

@@ -47,8 +47,9 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
     p, n, n_k = both.p.reshape(len(both.p), -1), len(one.k), len(width)
     finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
-    # one length for all of p: a file has as many decimals beside the way and near its start
-    size = np.abs(p[finite]).max(initial=0.0), np.abs(both.q[finite]).max(axis=0, initial=0.0)
+    # one length for all of p, of most runs: a file has as many decimals everywhere
+    length = np.median(np.abs(p[finite]).max(axis=1)) if finite.any() else 0.0
+    size = length, np.abs(both.q[finite]).max(axis=0, initial=0.0)
     near = TOLERANCES.near_k, TOLERANCES.near_p, TOLERANCES.near_p
     parts = zip((both.k, p, both.q), (width, *size), near, strict=True)
     rows = np.hstack([x / (by * np.where(size > 0, size, 1.0)) for x, size, by in parts])
@@ -65,13 +66,14 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
         pairs = np.stack([first[hit], second[which[hit]]], axis=1)
         by_chance = uniform * len(ours) * len(theirs)
         if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
-            by_k = cKDTree(ours[:1000, :n_k])
-            i, j = by_k.query_pairs(1.0, p=np.inf, output_type="ndarray").T
-            alike = np.abs(ours[i] - ours[j]) <= 1
-            equal = alike.all(axis=1).sum()  # some more in truth, but no more than along one axis
-            share = min(alike.sum(axis=0).min(), equal + 3 * np.sqrt(equal) + 3) / max(len(i), 1)
-            same = cKDTree(ours[:, :n_k]).count_neighbors(cKDTree(theirs[:, :n_k]), 1.0, np.inf)
-            by_chance = max(by_chance, share * same)
+            of = np.unique(np.round(rows[finite][:, :n_k]), axis=0, return_inverse=True)[1].ravel()
+            many, old = np.bincount(of[len(ours) :], minlength=len(of)), len(ours)  # of each k
+            equal = cKDTree(theirs).query_pairs(1.0, p=np.inf, output_type="ndarray")[:, 0]
+            equal = np.bincount(of[old + equal], minlength=len(of))
+            tried, n = np.maximum(many * (many - 1) / 2, 1e-9), equal.sum()
+            of_all = (n + 3 * np.sqrt(n) + 3) / tried.sum() * (tried.sum() >= 1)
+            share = np.maximum((equal + 3 * np.sqrt(equal)) / tried, of_all)
+            by_chance = max(by_chance, (many * share)[of[:old]].sum())
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     return pairs if len(pairs) > poisson.isf(_CHANCE, by_chance) else pairs[:0]
 

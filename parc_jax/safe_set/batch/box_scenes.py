@@ -11,7 +11,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.common.sets.hpolytope import hpolytope
 from parc_jax.learning.model import TrajectoryModel, float_slack
-from parc_jax.learning.runs.law import Subject
+from parc_jax.learning.runs.law import LOG, Subject
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import Problem, Span, reach_avoid
 from parc_jax.problem.robust.nominal import query
@@ -151,7 +151,8 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     """Stacked arrays, equal to those of every problem up to one rounding of corners of a polygon
     body. Raises InputError for a model of another robot or time grid, and as `solve` does.
     """
-    free = ("K", "system") if "" in (model.system, boxes.of.system) else ("K",)
+    names = model.system, boxes.of.system  # a log has that of its file
+    free = ("K", "system") if any(not x or x.startswith(LOG) for x in names) else ("K",)
     model.claim.subject.agree("scenes of this model's robot", boxes.of, free, "Make them with it.")
     query(boxes.problem(0), model).nominal()  # refuses a body that `solve` does: all have one
     obstacles = _obstacles(boxes, model)

@@ -128,7 +128,7 @@ def told(m: dict, answer: Answer) -> str:
             f"held-out runs    {r['commands_with_a_safe_start']} of {r['commands']} commands have "
             f"a safe start; {r['replays']} replays: {r['missed_the_goal']} missed the goal, "
             f"{r['touched']} touched, {r['left_the_tube']} left the tube"
-            + f"; {r['made_the_tube']} of these commands made the tube, and do not test it"
+            + f"; at least {r['made_the_tube']} of these, or copies of them, made the tube"
             * (r["made_the_tube"] > 0)
             + f"; {counted(r['rows_left_out'], 'row')} left out of their log, or of the tube's"
             * (r["rows_left_out"] > 0)
