@@ -202,7 +202,6 @@ class Pilot:
                 "beyond its tube, so nobody knows where the robot is. At rest, call `restart` "
                 "first."
             )
-        self._planned = whose
         at_rest = {axis: 0.0 for axis in self.loop.given}
         ways = self.memory.stale or self._ways(here, list(at_rest.values()))
         if isinstance(ways, str):
@@ -213,7 +212,9 @@ class Pilot:
         ends, body = _goal(self.model, where), self.outline.body
         problem = reach_avoid(ends, ways, body, uncertainty=uncertain)
         settings = Settings(samples=8, target=0.2)
-        return self.planner.solve(problem, jax.random.key(0), settings, at=self._at(here))
+        answer = self.planner.solve(problem, jax.random.key(0), settings, at=self._at(here))
+        self._planned = whose
+        return answer
 
     @property
     def pose(self) -> np.ndarray | None:

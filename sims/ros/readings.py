@@ -10,7 +10,7 @@ from parc_jax.bags.recording import frames_of, value_at
 from parc_jax.common.errors import InputError
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.drive.loop.candidates import given_axes
-from parc_jax.learning.labels import axes_in, name_of, unit_of, words_in
+from parc_jax.learning.labels import AXES, axes_in, name_of, unit_of, words_in
 from parc_jax.learning.model import TrajectoryModel
 from sims.driving import Driving
 from sims.ros.outline import ROUNDED
@@ -29,11 +29,38 @@ UNITS = {
         (r"transform\.translation", "m"),
     )
 }
-SPELLED = {"m/s²": "m/s2", "m/s^2": "m/s2"}
-# words that tell another unit in a name without brackets
-OTHERS = {*"deg degs degree degrees dps rpm mm cm km kmh kph mph kn knot knots ft".split()}
-# the axis at the end of a word: vx, v0y, dz, velx, and not by, Hz
-OF_AXIS = re.compile(r"(?:[acdlprtuvw]|vel|velocity|speed|lin|linear|ang|angular)?\d*([xyz])\d*")
+SPELLED = {
+    "m": {*"m meter meters metre metres".split()},
+    "m/s": {*"m/s mps m/sec m.s^-1 m.s-1 m.s⁻¹ meter/s meters/s metre/s metres/s".split()},
+    "rad/s": {*"rad/s rad/sec rad.s^-1 rad.s-1 rad.s⁻¹ radian/s radians/s 1/s s^-1 s⁻¹".split()},
+    "m/s2": {*"m/s2 m/s² m/s^2 m/sec2 m/s/s m.s^-2 m.s-2 m.s⁻²".split()},
+}
+# words of a name without brackets that tell such a number, before an axis too, as in `vx`
+TELLING = {
+    "m": {"", *"p pos position place".split()},
+    "m/s": {*"v vel velocity speed lin linear".split()},
+    "rad/s": {*"w omega angular rate yawrate turnrate".split()},
+    "m/s2": {*"a acc accel acceleration".split()},
+}
+# and those beside them that leave no doubt of its unit
+BESIDE = {"rad/s": {*"speed velocity yaw heading turn turning".split()}, "m/s2": {"lin", "linear"}}
+ALWAYS = {
+    *"""at the of in on by about around along axis start initial first now measured state
+    body base link robot frame odom map world pose twist 0""".split()
+}
+PLAIN = re.compile(r"k\d+")  # of a parameter that nobody named
+# ends of paths that are no coordinate, speed or angle: parts of quaternions, stamps, covariances
+OTHER = re.compile(r"(.+\.)?((orientation|rotation)\.[xyzw]|(header|stamp)\..+|\w*covariance\..+)")
+# speeds along axes of the body by their names, and as derivatives
+SPEEDS = {
+    re.compile(r"(?:v|vel)?(?:lon|long|longitudinal|forward|surge)"): "vx",
+    re.compile(r"(?:v|vel)?(?:lat|lateral|left|sway)"): "vy",
+    re.compile(r"d?([xyz])(?:d|dt|dot)|d([xyz])"): r"v\1\2",
+}
+# the axis at the end of a word: vx, v0y, velx, vxb, and not by, Hz
+OF_AXIS = re.compile(
+    r"([aclprtuvw]|pos|acc|vel|velocity|speed|lin|linear|ang|angular|)\d?([xyz])\d?b?"
+)
 
 
 class Readings:
@@ -169,7 +196,14 @@ def _alike(one: Sequence[str], other: Sequence[str]) -> int:
 
 def _axes(name: str) -> set[str]:
     """Axes that a name tells, of a place or a speed."""
-    return axes_in(name) | {found[1] for x in words_in(name) if (found := OF_AXIS.fullmatch(x))}
+    told = (OF_AXIS.fullmatch(_spelled(x)) for x in words_in(name))
+    return axes_in(name) | {found[2] for found in told if found}
+
+
+def _spelled(word: str) -> str:
+    """A speed along an axis as `vx`, `east` as x; other words as they are."""
+    found = ((alike.fullmatch(word), short) for alike, short in SPEEDS.items())
+    return next((one.expand(short) for one, short in found if one), AXES.get(word, word))
 
 
 def _kind(name: str) -> set[str]:
@@ -177,15 +211,38 @@ def _kind(name: str) -> set[str]:
 
 
 def _require_unit(label: str, path: str) -> None:
-    """Raises InputError for a label of another unit than ROS has at a path, as far as is known."""
-    unit = next((unit for ends, unit in UNITS.items() if ends.fullmatch(path)), None)
-    own = SPELLED.get(unit_of(label), unit_of(label))
-    if unit and own != unit and (own or OTHERS & {*words_in(label)}):
+    """Raises InputError for a label that does not tell, by its brackets or else by all its words,
+    a number as ROS has it at a path, as far as that is known.
+    """
+    name, same = name_of(label), _ends_as(name_of(label), path)
+    if OTHER.fullmatch(path) and not same:
         raise InputError(
-            f"given: expected {name_of(label)} in [{unit}], which {path} has in messages of ROS; "
-            f"got {label!r}. Give the path of a number in its unit, or learn it in this one; where "
-            "that is but spelled otherwise, label it so."
+            f"given: expected a place, a speed or an angle as it is in a message; got {path}, a "
+            f"part of a quaternion, a stamp or a covariance, for {label!r}. Give the path of "
+            f"{name}, or learn with `given` of this one, by its name."
         )
+    unit = next((unit for ends, unit in UNITS.items() if ends.fullmatch(path)), None)
+    own = re.sub(r"[ ·*]+", ".", re.sub(r" */ *", "/", unit_of(label).strip()))
+    plain = same or PLAIN.fullmatch(name)
+    if unit and not (own in SPELLED[unit] if own else plain or _tells(name, unit, path)):
+        raise InputError(
+            f"given: expected {name} in [{unit}], which {path} has in messages of ROS; got "
+            f"{label!r}. If it is in this unit, name its unit, as '{name} [{unit}]'; else give "
+            "the path of a number in its own, or learn it in this one."
+        )
+
+
+def _tells(name: str, unit: str, path: str) -> bool:
+    """Whether a word of a name tells a number of this unit, and no word may tell another."""
+    tells, words, told = TELLING[unit], words_in(name), False
+    known = BESIDE.get(unit, set()) | ALWAYS | SPELLED[unit] | {*words_in(path)}
+    for word in words:
+        axis = OF_AXIS.fullmatch(_spelled(word))
+        stem = axis[1] if axis else re.sub(r"(?<=.)\d$", "", word)  # of `v0`
+        if not (stem in tells or word in known or (axis and not stem)):
+            return False
+        told |= stem in tells
+    return told and not {"px", "yd"} & {*words[1:]}  # units, as in `x_px`
 
 
 def _is_in(message: Any, name: str) -> bool:
