@@ -59,7 +59,7 @@ class StartGap(NamedTuple):
         return float(max(self.p.max(), self.q.max(initial=0.0)))
 
 
-def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike, k=None) -> StartGap:
+def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike, k: Any = None) -> StartGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and
     compare offsets. Uses the SEARCH stream of `key`. k (n, n_k): by default drawn from K.
 
@@ -83,7 +83,7 @@ def translation_gap(system: Any, key: jax.Array, starts: npt.ArrayLike, k=None) 
     return StartGap(p, difference(here.q, there.q).max(axis=0), starts, k)
 
 
-def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike, k=None) -> StartGap:
+def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike, k: Any = None) -> StartGap:
     """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
     start, turned back, and compare. key, k: as of `translation_gap`. Raises InputError.
 
@@ -113,7 +113,7 @@ def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike, k=None) -
 
 
 def _both(
-    system: Any, key: jax.Array, many: Callable, starts: np.ndarray, call: str, k
+    system: Any, key: jax.Array, many: Callable, starts: np.ndarray, call: str, k: Any
 ) -> tuple[np.ndarray, Trajectory, Trajectory]:
     """k (n, n_k), and their runs from zero and from starts (n, ...), by one call of many (keys, k,
     starts). Raises InputError for a fault in the user's `call`.
