@@ -135,9 +135,8 @@ def require_unit(label: str, unit: str, points: Sequence[str] = ()) -> None:
     words, rad = words_in(label), unit == "rad"
     named = [word for point in points for word in (*words_in(point), "".join(words_in(point)))]
     told = [x for x in words if (TURNED.fullmatch(x) if rad else x in LONE or _axis_of(x))]
-    known = {*told, *(BESIDE if rad else (*PLACED, *named))} - (
-        {*words[1:]} & {"px"}
-    )  # a unit, as in `x_px`
+    known = {*told, *(BESIDE if rad else (*PLACED, *named))}
+    known -= {"px"} & {*words[1:]}  # a unit, as in `x_px`
     plain = told and all(x in known or x.isdecimal() for x in words)
     if unit_of(label) != unit and (unit_of(label) or not plain):
         raise InputError(

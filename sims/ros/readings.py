@@ -35,19 +35,6 @@ SPELLED = {
     "rad/s": {*"rad/s rad/sec rad.s^-1 rad.s-1 rad.s⁻¹ radian/s radians/s 1/s s^-1 s⁻¹".split()},
     "m/s2": {*"m/s2 m/s² m/s^2 m/sec2 m/s/s m.s^-2 m.s-2 m.s⁻²".split()},
 }
-# words of a name without brackets that tell such a number, before an axis too, as in `vx`
-TELLING = {
-    "m": {"", *"p pos position place".split()},
-    "m/s": {*"v vel velocity speed lin linear".split()},
-    "rad/s": {*"w omega angular rate yawrate turnrate".split()},
-    "m/s2": {*"a acc accel acceleration".split()},
-}
-# and those beside them that leave no doubt of its unit
-BESIDE = {"rad/s": {*"speed velocity yaw heading turn turning".split()}, "m/s2": {"lin", "linear"}}
-ALWAYS = {
-    *"""at the of in on by about around along axis start initial first now measured state
-    body base link robot frame odom map world pose twist 0""".split()
-}
 PLAIN = re.compile(r"k\d+")  # of a parameter that nobody named
 # ends of paths that are no coordinate, speed or angle: parts of quaternions, stamps, covariances
 OTHER = re.compile(r"(.+\.)?((orientation|rotation)\.[xyzw]|(header|stamp)\..+|\w*covariance\..+)")
@@ -211,8 +198,8 @@ def _kind(name: str) -> set[str]:
 
 
 def _require_unit(label: str, path: str) -> None:
-    """Raises InputError for a label that does not tell, by its brackets or else by all its words,
-    a number as ROS has it at a path, as far as that is known.
+    """Raises InputError for a label without the unit that ROS has at a path, where that is known;
+    one that nobody gave, or that is the path, is what the runs had there.
     """
     name, same = name_of(label), _ends_as(name_of(label), path)
     if OTHER.fullmatch(path) and not same:
@@ -224,25 +211,12 @@ def _require_unit(label: str, path: str) -> None:
     unit = next((unit for ends, unit in UNITS.items() if ends.fullmatch(path)), None)
     own = re.sub(r"[ ·*]+", ".", re.sub(r" */ *", "/", unit_of(label).strip()))
     plain = same or PLAIN.fullmatch(name)
-    if unit and not (own in SPELLED[unit] if own else plain or _tells(name, unit, path)):
+    if unit and not (own in SPELLED[unit] if own else plain):
         raise InputError(
             f"given: expected {name} in [{unit}], which {path} has in messages of ROS; got "
             f"{label!r}. If it is in this unit, name its unit, as '{name} [{unit}]'; else give "
             "the path of a number in its own, or learn it in this one."
         )
-
-
-def _tells(name: str, unit: str, path: str) -> bool:
-    """Whether a word of a name tells a number of this unit, and no word may tell another."""
-    tells, words, told = TELLING[unit], words_in(name), False
-    known = BESIDE.get(unit, set()) | ALWAYS | SPELLED[unit] | {*words_in(path)}
-    for word in words:
-        axis = OF_AXIS.fullmatch(_spelled(word))
-        stem = axis[1] if axis else re.sub(r"(?<=.)\d$", "", word)  # of `v0`
-        if not (stem in tells or word in known or (axis and not stem)):
-            return False
-        told |= stem in tells
-    return told and not {"px", "yd"} & {*words[1:]}  # units, as in `x_px`
 
 
 def _is_in(message: Any, name: str) -> bool:

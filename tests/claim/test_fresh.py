@@ -26,6 +26,7 @@ from parc_jax.learning.runs.loaders import load_rollouts
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 LOGS = "file:a", "file:b", "file:c", "file:d"
 OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of a usual length"
+OTHERS += ", q as near its largest"
 pytestmark = pytest.mark.soundness
 
 

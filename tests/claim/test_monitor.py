@@ -376,7 +376,7 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
-    copies = "p 1e-05 of a usual length, would not be recognised"
+    copies = "p 1e-05 of a usual length, q as near its largest, would not be recognised"
     assert f"{copies}; none is a {before} of these" in new.details()
     _, new = update(claim, NET, stored(collect(system, other, 60, quiet=True)), log)
     assert f"would not be recognised; none is a {before} of these" in new.details()

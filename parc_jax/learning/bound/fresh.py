@@ -30,7 +30,8 @@ from parc_jax.learning.runs.law import STATED, TO_ALL
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
-_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of a usual length"
+_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of a usual length, "
+_NEAR += "q as near its largest"
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:

@@ -68,8 +68,8 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
         if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
             of = np.unique(np.round(rows[finite][:, :n_k]), axis=0, return_inverse=True)[1].ravel()
             many, old = np.bincount(of[len(ours) :], minlength=len(of)), len(ours)  # of each k
-            equal = cKDTree(theirs).query_pairs(1.0, p=np.inf, output_type="ndarray")[:, 0]
-            equal = np.bincount(of[old + equal], minlength=len(of))
+            alike = cKDTree(theirs).query_ball_point(theirs, 1.0, p=np.inf, return_length=True) - 1
+            equal = np.bincount(of[old:], weights=alike, minlength=len(of)) / 2  # pairs
             tried, n = np.maximum(many * (many - 1) / 2, 1e-9), equal.sum()
             of_all = (n + 3 * np.sqrt(n) + 3) / tried.sum() * (tried.sum() >= 1)
             share = np.maximum((equal + 3 * np.sqrt(equal)) / tried, of_all)

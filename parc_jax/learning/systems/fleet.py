@@ -47,8 +47,7 @@ class Processes(Executor):
         self._at_work: set[ProcessPoolExecutor] = set()
         for _ in range(workers):
             self._free.put(None)
-        # before Python ends: executors end with modules that are gone then
-        finalize(self, self._free.queue.clear)
+        finalize(self, self._free.queue.clear)  # before Python ends, while their modules are there
 
     def submit(self, function: Callable, /, *arguments) -> Future:
         """The call on its way; waits for a free place. A process that dies is ChildProcessError."""
