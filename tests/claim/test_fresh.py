@@ -25,8 +25,8 @@ from parc_jax.learning.runs.loaders import load_rollouts
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 LOGS = "file:a", "file:b", "file:c", "file:d"
-OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of a usual length"
-OTHERS += ", q as near its largest"
+OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of the length that"
+OTHERS += " 95 % of runs stay within, each of q as much of its largest"
 pytestmark = pytest.mark.soundness
 
 
@@ -159,6 +159,28 @@ def test_ends_that_are_equal_by_rounding_are_of_no_copies(settings):
     each = [Marks(*(x[by_k[i]] for x in other)) for i in (slice(n // 2), slice(n // 2, n))]
     each += [Marks(*(x[i : i + 1] for x in other)) for i in range(20)] * (settings > 1)
     assert sum(len(near_copies(some, one, np.ones(2))) for some in each) == 0
+
+
+def test_copies_are_known_beside_runs_that_stand():
+    """Six decimals passed where most runs stood, by ends seven where two of one k were equal."""
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n = np.random.default_rng(0), 60
+    still = np.arange(n) % 5 > 0
+    k = np.where(still[:, None], 0.0, rng.uniform(0.5, 1.0, (n, 2)))
+    p = k[:, None] * np.linspace(0.1, 1.0, 8)[:, None] + 1e-4 * rng.normal(size=(n, 8, 2))
+    logged = Marks(k, p, np.zeros((n, 0)))
+    assert len(near_copies(logged._replace(p=np.round(p, 6)), logged, np.ones(2))) == n
+    k[:] = rng.uniform(size=(n, 2))
+    for stood in (0, 2, 8):
+        known = Marks(
+            *(np.concatenate([x, np.zeros((stood, 2))]) for x in (k, p[:, -1])),
+            np.zeros((n + stood, 0)),
+        )
+        assert (
+            len(near_copies(Marks(k, np.round(p[:, -1], 7), np.zeros((n, 0))), known, np.ones(2)))
+            == n
+        )
 
 
 def test_one_run_that_diverged_makes_no_others_alike():

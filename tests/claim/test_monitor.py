@@ -376,7 +376,7 @@ def test_all_runs_that_a_claim_saw_are_no_new_evidence():
     assert "FRESH(none is a profile or training run of the claim, none is a cali" in bare.details()
     _, new = update(claim, NET, collect(system, other, 60, quiet=True), log)
     before = "calibration or profile or training run of the claim before beside 128 of each part"
-    copies = "p 1e-05 of a usual length, q as near its largest, would not be recognised"
+    copies = "each of q as much of its largest, would not be recognised"
     assert f"{copies}; none is a {before} of these" in new.details()
     _, new = update(claim, NET, stored(collect(system, other, 60, quiet=True)), log)
     assert f"would not be recognised; none is a {before} of these" in new.details()
@@ -399,6 +399,10 @@ def test_a_monitor_of_a_claim_about_a_log_knows_near_copies_and_assumes_that_no_
     for use, runs in (("calibration", held), ("training", train)):
         with pytest.raises(InputError, match=f"60 of 60 are its {use} runs"):
             watch.observe(stored(runs, "logged", np.float32))
+    fresh = stored(collect(system, jax.random.PRNGKey(9), 60, quiet=True), "logged")
+    net, two = update(one, NET, stored(train, "logged"), fresh)  # trained on the same runs twice
+    with pytest.raises(InputError, match="60 of 60 are its training runs"):
+        monitor(two, net, share=1.0).observe(stored(train, "logged", np.float32))
     told = "none is a calibration or training run of the claim beside 128 of each part of these"
     assert f"FRESH({told}" in watch.observe(stored(held, "logged", np.float16)).details()
 

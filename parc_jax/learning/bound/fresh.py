@@ -1,7 +1,10 @@
 """Freshness of a calibration set: independent runs, none of them twice, none of training."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Set
+from functools import reduce
 from itertools import islice
+from operator import or_
 
 import numpy as np
 
@@ -16,6 +19,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED
 from parc_jax.learning.runs.independent import (
     LEVEL,
+    LONG,
     REPEATS,
     Marks,
     check_uniform,
@@ -30,8 +34,8 @@ from parc_jax.learning.runs.law import STATED, TO_ALL
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
-_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of a usual length, "
-_NEAR += "q as near its largest"
+_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of the length that "
+_NEAR += f"{100 * LONG:g} % of runs stay within, each of q as much of its largest"
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
@@ -239,7 +243,8 @@ def names_of(runs: RolloutBatch | Scores) -> dict[str, list]:
     if runs.seed is not None:
         return {"runs": [], "recordings": [], "ends": [], "log": []}
     scored = isinstance(runs, Scores)
-    ids, (k, p, q) = (runs.ids, runs.marks) if scored else (runs.hashes(), marks_of(runs))
+    ids, marks = (runs.ids, runs.marks) if scored else (runs.hashes(), marks_of(runs))
+    k, p, q = (x[np.unique(ids, return_index=True)[1]] for x in marks)  # a run twice has one end
     groups = [] if runs.groups is None else np.unique(runs.groups).astype(str).tolist()
     ends, log = hex_text(np.hstack([k, p[:, -1], q])), _log(runs)
     return {"runs": sorted(short_ids(ids)), "recordings": groups, "ends": ends, "log": log}
@@ -251,6 +256,9 @@ def remembered(claim: ErrorClaim, new: ErrorClaim) -> dict:
     for use in (TRAINING, CALIBRATION):
         before, after = (one.evidence.get(use, {}) for one in (claim, new))
         both = {x: [*before.get(x, []), *after.get(x, [])] for x in ("runs", "recordings", "ends")}
+        if use == TRAINING:  # an update may train on runs of before again
+            ends = (Counter(map(tuple, one.get("ends", []))) for one in (before, after))
+            both["ends"] = list(map(list, reduce(or_, ends).elements()))
         both = before | after | both | {"logs": [*_logs(before), *_logs(after)]}
         seen |= {use: both} if before or after else {}
     return seen

@@ -17,6 +17,7 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.batch import RolloutBatch
 
 _TIMES = 8  # records of a run that are compared
+LONG = 0.95  # share of runs that have no |p| above the length that their copies are compared by
 _CHANCE = 1e-3  # of more near pairs among independent uniform draws than are tolerated
 
 
@@ -39,16 +40,16 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     but for `TOLERANCES.near_k` and `near_p`. Failed runs are not compared.
 
     width: (n_k,) of K. None when there are no more pairs than chance explains for k drawn uniformly
-    by a system without disturbance.
+    by a system without disturbance; of ends alone, than rounding explains, up to half of a k's.
     """
     from scipy.spatial import cKDTree
-    from scipy.stats import poisson
+    from scipy.stats import binom
 
     both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
     p, n, n_k = both.p.reshape(len(both.p), -1), len(one.k), len(width)
     finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
-    # one length for all of p, of most runs: a file has as many decimals everywhere
-    length = np.median(np.abs(p[finite]).max(axis=1)) if finite.any() else 0.0
+    # one length for all of p, as a file has as many decimals everywhere; not of few that diverged
+    length = np.quantile(np.abs(p[finite]).max(axis=1), LONG) if finite.any() else 0.0
     size = length, np.abs(both.q[finite]).max(axis=0, initial=0.0)
     near = TOLERANCES.near_k, TOLERANCES.near_p, TOLERANCES.near_p
     parts = zip((both.k, p, both.q), (width, *size), near, strict=True)
@@ -58,24 +59,26 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     uniform = float(np.prod(np.full(n_k, 2 * TOLERANCES.near_k)))
     if other is None:
         pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        by_chance = uniform * len(ours) * (len(ours) - 1) / 2
+        tries = max(len(ours) * (len(ours) - 1) // 2, 1)
+        by_chance = uniform * tries
         pairs = np.sort(first[pairs.reshape(-1, 2)], axis=1)
     else:
         which = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
         hit = np.flatnonzero(which < len(theirs))
         pairs = np.stack([first[hit], second[which[hit]]], axis=1)
-        by_chance = uniform * len(ours) * len(theirs)
+        tries = max(len(ours) * len(theirs), 1)
+        by_chance = uniform * tries
         if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
             of = np.unique(np.round(rows[finite][:, :n_k]), axis=0, return_inverse=True)[1].ravel()
-            many, old = np.bincount(of[len(ours) :], minlength=len(of)), len(ours)  # of each k
+            tries, many = len(ours), np.bincount(of[len(ours) :], minlength=of.max() + 1)
             alike = cKDTree(theirs).query_ball_point(theirs, 1.0, p=np.inf, return_length=True) - 1
-            equal = np.bincount(of[old:], weights=alike, minlength=len(of)) / 2  # pairs
-            tried, n = np.maximum(many * (many - 1) / 2, 1e-9), equal.sum()
-            of_all = (n + 3 * np.sqrt(n) + 3) / tried.sum() * (tried.sum() >= 1)
-            share = np.maximum((equal + 3 * np.sqrt(equal)) / tried, of_all)
-            by_chance = max(by_chance, (many * share)[of[:old]].sum())
+            equal = np.bincount(of[tries:], weights=alike, minlength=len(many)) / 2  # pairs
+            tried = np.maximum(many * (many - 1) / 2, 1)
+            # as many as those of its k show; half of them where these are too few to tell
+            due = np.maximum(many * (equal + 3 * np.sqrt(equal)), np.minimum(many, tried / 2))
+            by_chance = max(by_chance, np.minimum(due / tried, 1.0)[of[:tries]].sum())
     pairs = pairs[np.lexsort(pairs.T[::-1])]
-    return pairs if len(pairs) > poisson.isf(_CHANCE, by_chance) else pairs[:0]
+    return pairs if len(pairs) > binom.isf(_CHANCE, tries, by_chance / tries) else pairs[:0]
 
 
 # probability, about, of refusing uniform k: by all tests of their distribution, and for repeated k
