@@ -36,6 +36,8 @@ from parc_jax.safe_set.verdict.infeasible import why_none
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, lowered
 
+SURE_LEAVES = 256  # of a proof where floats already tell that no plan is safe
+
 
 @dataclass(frozen=True)
 class Exact:
@@ -78,13 +80,15 @@ class Exact:
         within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
-            leaves = min(work.leaves, MAX_LEAVES)
+            leaves = min(work.leaves, SURE_LEAVES if decided else MAX_LEAVES)
             # of what is there alone: boxes look at all of it
             no_plan = prove_no_plan(lowered(scene.nominal), limit=limit, max_leaves=leaves)
             # around the safe plan that it came across, or, where it proved nothing, where larger
             # populations climb to, if an end fits the goal
             if no_plan.safe_plan is not None:
                 within = where_around(scene, rng, *no_plan.safe_plan, limit)
+            elif decided and no_plan.kind != PROVED:
+                no_plan = None  # nothing remains undecided: its reason is told instead
             elif not (hopeless or no_plan.kind == PROVED or limit.over()):
                 within = where_safe(scene, rng, work.population, limit)
         if limit.cut:  # by the local search or the proof; draws report their own end

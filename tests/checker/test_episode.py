@@ -3,6 +3,7 @@ all that a file may not say of what it rests on.
 """
 
 import copy
+import gc
 import itertools
 import json
 import math
@@ -17,7 +18,7 @@ from episode_mutants import check_episode_mutants
 
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of, main
-from parc_jax.checker.episode import summary_of_episode
+from parc_jax.checker.episode import Begun, summary_of_episode
 from parc_jax.checker.rests_on import seconds
 
 HAIR = F(1, 1 << 40)
@@ -353,11 +354,17 @@ def test_a_tube_without_the_model_is_told():
 def test_of_the_manoeuvres_before_nothing_is_kept_but_the_last():
     robot = Robot(6)
     file = robot.episode(robot.driven(4))
-    chain = checker.Chain(file)
+
+    def alive():
+        gc.collect()
+        return Counter(type(x) for x in gc.get_objects() if isinstance(x, checker.Context | Begun))
+
+    chain, before = checker.Chain(file), alive()
     for entry in file["manoeuvres"]:
         assert chain.add(entry)
         assert len(chain.context.reaches) <= chain.context.n_bins
         assert not any(isinstance(value, checker.Context) for value in chain.last)
+        assert alive() - before == {checker.Context: 1, Begun: 1}
 
 
 def test_a_file_of_an_old_format_is_refused_with_what_to_do(tmp_path, capsys):

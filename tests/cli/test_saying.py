@@ -1,6 +1,8 @@
 """What a command says while it works, and of sizes that look like another unit."""
 
+import logging
 import re
+import threading
 
 import pytest
 import toy_query
@@ -32,6 +34,15 @@ def test_a_search_gives_signs_of_life_into_a_pipe(shell, files, monkeypatch):
     assert re.search(r"^\d+ s: proof of no plan: \d+ boxes, \d+ open$", after, re.MULTILINE)
     assert " s: " not in said.partition("\n")[0]
     assert shell(*asked, "--quiet")[2] == ""
+
+
+@pytest.mark.parametrize("command", ["run", "learn", "solve", "check"])
+def test_commands_that_take_long_give_signs_of_life(command, monkeypatch, capsys):
+    monkeypatch.setattr(process, "SIGN_S", 1e-3)
+    with process.logging_of([command]):
+        logging.getLogger("parc_jax.some").info("at work")
+        threading.Event().wait(0.1)
+    assert ("s: at work" in capsys.readouterr().err) == (command != "check")
 
 
 @pytest.mark.parametrize(
