@@ -390,3 +390,24 @@ def test_runs_that_are_cut_off_at_an_end_are_counted(cut, held, runs, tmp_path):
             "Before that 40 rows"
             in pj.learning.bound_error(NET, more, None, train=less, **ONE_BIN).details()
         )
+
+
+def test_a_part_of_a_list_of_k_names_that_part(held):
+    """A sorted sweep: the tube of its calm half said to be about all of it."""
+    sweep = np.stack([np.linspace(0, 1, 200), np.full(200, 0.5)], axis=1)
+    whole = pj.learning.collect(plant(noisy), KEY, 200, k=sweep, quiet=True)
+    halves = [whole.select(part) for part in (slice(100), slice(100, 200))]
+    for train, calm in (halves, halves[::-1], whole.split(0.5)):
+        claim = pj.learning.bound_error(NET, calm, None, train=train, **ONE_BIN)
+        assert claim.law == law_of(plant(noisy), k_law(plant(noisy), calm.k)) != whole.law
+        assert f"For k drawn {claim.law.how_drawn}" in claim.details()
+        again = pj.learning.collect(plant(noisy), jax.random.PRNGKey(5), 200, k=sweep, quiet=True)
+        for others in (again, again.select(slice(50))):
+            with pytest.raises(pj.InputError, match=r"got k as given \(\d+ values, .*Declare it"):
+                pj.monitor(claim, NET).observe(others)
+        key = jax.random.PRNGKey(6)
+        same = pj.learning.collect(plant(noisy), key, calm.n, k=calm.k, quiet=True)
+        assert pj.monitor(claim, NET).observe(same).seen == calm.n
+    # joined again they are the whole
+    claim = pj.learning.bound_error(NET, concatenate(halves), None, train=held, **ONE_BIN)
+    assert claim.law == whole.law

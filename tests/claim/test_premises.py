@@ -189,6 +189,7 @@ BESIDE = {
     ("drive/local/validate.py", "evidence"),
     ("learning/model.py", "assumptions"),
     ("learning/model.py", "evidence"),
+    ("problem/robust/nominal.py", "evidence"),  # whether it is of another answer
     ("problem/robust/vertex_model.py", "bin_eps"),
     ("problem/world/movers.py", "eps"),
 }

@@ -456,6 +456,22 @@ def test_of_the_tube_of_a_given_value_no_probability_is_said():
     assert in_short(claim) == "of runs that nobody drew, not shown"
 
 
+@pytest.mark.parametrize("known", [{"k": [0.2, 0.0]}, {"given": {0: 0.5}}])
+def test_the_model_of_an_answer_under_uncertainty_is_not_asked_again(known, tmp_path):
+    """Asked of it without, a plan's risk was told of its small K, as if runs were drawn there."""
+    problem, sure = toy_driven.problem(), Uncertainty(goal=0.01)
+    nominal = query(problem.replace(uncertainty=Uncertainty(**known)), toy_driven.model()).nominal()
+    nominal.model.save(tmp_path / "model.npz")
+    planner = Planner(pj.load(tmp_path / "model.npz"))
+    for again in (nominal.problem, nominal.problem.replace(uncertainty=sure)):
+        for ask in (planner.prepare, lambda one: planner.solve_batch([one], KEY)):
+            with pytest.raises(InputError, match="expected the learned one; got that of an answer"):
+                ask(again)
+    # of start and goal alone the model is the learned one, with a wider tube
+    moved = query(problem.replace(uncertainty=Uncertainty(start=0.01)), toy_driven.model())
+    assert Planner(moved.nominal().model).prepare(problem)
+
+
 @pytest.mark.slow
 def test_a_risk_says_that_errors_of_execution_must_not_depend_on_the_plan():
     """Else an execution that snaps to one value has any density there."""

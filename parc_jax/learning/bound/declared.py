@@ -49,7 +49,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = Non
         n=train.n - failed,
         discard=failed,
         **_NOT_SHOWN,
-        law=train.law,
+        law=train.law.of(train.k),
         assumptions=(_HOLDS, *told, between),
         evidence=evidence | ({"left_out": gone} if gone else {}),
     )

@@ -206,8 +206,8 @@ def scores_of(net: ReLUNetwork, profile: Tube, batches: Iterable[RolloutBatch]) 
     joined = jax.tree.map(lambda *x: np.concatenate(x), *parts)
     rows, k, ids, groups, marks, lost, moves, score, worst = joined
     source = sources[0][0], min(first for _, first, _ in sources), max(x[2] for x in sources)
-    runs = batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost, source, moves
-    return Scores(rows, k, score, worst, ids, *runs, (net.hash, profile.hash))
+    runs = batch.law.of(k), batch.subject, batch.seed, batch.stage, groups, marks, lost, source
+    return Scores(rows, k, score, worst, ids, *runs, moves, (net.hash, profile.hash))
 
 
 def moves_of(batch: RolloutBatch) -> np.ndarray:

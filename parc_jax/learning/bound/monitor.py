@@ -184,7 +184,7 @@ class Monitor(Sealed):
         left = ~inside_tube(self.claim, self.net, batch)
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
         require_unit(self.claim, batch)
-        law, own = batch.law, self.claim.law
+        law, own = batch.law.of(batch.k), self.claim.law
         elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
         elsewhere |= law.lacks(self.claim.domain)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
@@ -300,7 +300,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         "lost": (*watch.lost, *lost_among(batch.lost).values()),
         "unnamed": watch.unnamed or watch.claim.subject.unordered(batch.subject),
         "logs": watch.logs or batch.seed is None,
-        "laws": watch.laws | {f"drawn from {batch.law.describe()}"},
+        "laws": watch.laws | {f"drawn from {batch.law.of(batch.k).describe()}"},
     }
     seen = {"ids": watch.ids | set(ids), "marks": watch.marks.union(marks_by_k(batch.k))}
     return replace(watch, **seen, **about)

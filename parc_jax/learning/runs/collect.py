@@ -10,7 +10,6 @@ from typing import Any
 import jax
 import numpy as np
 
-from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import Stage, as_key, key_data
 from parc_jax.common.spelling import hex_text
@@ -25,7 +24,7 @@ from parc_jax.learning.runs.chunks import (
 )
 from parc_jax.learning.runs.files import meta_of, read_npz, rollouts_from_npz, save_rollouts
 from parc_jax.learning.runs.joined import concatenate
-from parc_jax.learning.runs.law import GIVEN, SAMPLER, LawSpec, identity_of, law_of, subject_of
+from parc_jax.learning.runs.law import SAMPLER, LawSpec, given_law, identity_of, law_of, subject_of
 from parc_jax.learning.runs.simulate import is_traceable, remembered, simulator
 from parc_jax.learning.system import Retried, check_system
 from parc_jax.learning.systems.chained import Chained
@@ -110,7 +109,7 @@ class _Work:
             raise InputError(f"stage: expected a Stage, as Stage.TRAIN; got {self.stage!r:.60}.")
         if self.dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise InputError(f"dtype: expected float64 or float32; got {self.dtype!r:.60}.")
-        if not self.is_given:
+        if k is None or callable(k):
             return
         shape, domain = np.shape(k), system.domain
         if shape not in ((domain.n,), (self.n, domain.n)):
@@ -121,11 +120,6 @@ class _Work:
             raise InputError(
                 f"rollouts k: expected every k inside the domain {domain.lo} .. {domain.hi}."
             )
-
-    @property
-    def is_given(self) -> bool:
-        """Values of k, and not a law of them."""
-        return self.k is not None and not callable(self.k)
 
     @property
     def law(self) -> LawSpec:
@@ -181,8 +175,7 @@ def _streamed(work: _Work, chunk: int, path, quiet: bool) -> Iterator[RolloutBat
         chunks[-1] = chunks[-1][chunks[-1] < first_row + n]
     store = None
     if path is not None:
-        k = content_hash(work.k) if work.is_given else ""
-        meta = work.identity() | work.facts() | {"what": "rollouts", "k": k, "chunk": chunk}
+        meta = work.identity() | work.facts() | {"what": "rollouts", "chunk": chunk}
         store = ChunkStore(path, meta)
         first = store.first()
         if first is not None and first[0] < len(chunks):
@@ -243,8 +236,6 @@ def _finished(work: _Work, path) -> RolloutBatch:
     wanted = work.identity() | work.facts() | {"n": work.n}
     names = stored.keys() | wanted.keys()
     differs = {name for name in names if stored.get(name) != wanted.get(name)}
-    if work.is_given and not (batch.k == np.asarray(work.k, np.float64)).all():
-        differs.add("k")
     if differs:
         raise InputError(
             f"{path}: holds other rollouts than the ones asked for; expected the same "
@@ -287,10 +278,7 @@ def k_law(system, k) -> str:
     if k is None:
         return system.k_law if isinstance(system, Chained) else "uniform"
     if not callable(k):
-        values = np.asarray(k, np.float64)
-        if values.ndim == 1:
-            return f"{GIVEN}({', '.join(map(str, values))})"
-        return f"{GIVEN}({len(values):,} values, sha256 {content_hash(values)[:12]})"
+        return given_law(k)
     name = getattr(k, "__name__", type(k).__name__)
     return SAMPLER + with_digest("without a name" if name == "<lambda>" else name, k)
 

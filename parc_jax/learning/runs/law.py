@@ -10,6 +10,7 @@ import numpy as np
 
 from parc_jax.checker.claim import BOX, FITTED, OURS, PART, described, drawn, hash_of_law
 from parc_jax.checker.entries import hash_of
+from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError, check_text, reading
 from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
@@ -46,7 +47,7 @@ LOG = "file:"  # begins the generator of runs that were logged
 FITS = [f"the smallest box of {whose} runs" for whose in ("these", "the training", "other")]
 TO_ALL, TO_TRAINING, TO_OTHERS = FITS  # where not one of a log's runs was left out
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
-GIVEN = "given "  # begins that of values
+GIVEN, LISTED = "given ", "values, sha256 "  # begins that of values; in that of a list
 LEFT = " left out"  # ends the number of windows that are no runs
 OF_EACH = f"{OURS}runs", "one drawn from those of each recording with k in K"  # of groups
 APART = " s apart in the median"  # ends how far the clocks of these recordings were
@@ -101,6 +102,11 @@ class LawSpec:
         """Runs that K was fitted to, or that a declared K left out, in words; None for neither."""
         return dict(self.parameters).get(FITTED)
 
+    def of(self, k: np.ndarray) -> "LawSpec":
+        """The law of runs that have these k (n, n_k): of a part of a given list, that part."""
+        listed = self.k_law.startswith(GIVEN) and LISTED in self.k_law
+        return replace(self, k_law=given_law(k)) if listed else self
+
     def lacks(self, K: Box) -> bool:
         """Were runs left out of these whose k may lie in K?"""
         whole = box(hex_floats(self.lo), hex_floats(self.hi))
@@ -130,6 +136,14 @@ def law_spec(
     told = ((str(name), told_whole(value)) for name, value in (parameters or {}).items())
     lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
     return LawSpec(generator, tuple(sorted(told)), k_law, lo, hi)
+
+
+def given_law(values) -> str:
+    """The law of given k: of one (n_k,) for all runs, or of a list (n, n_k), each driven once."""
+    values = np.asarray(values, np.float64)
+    if values.ndim == 1:
+        return f"{GIVEN}({', '.join(map(str, values))})"
+    return f"{GIVEN}({len(values):,} {LISTED}{content_hash(values)[:12]})"
 
 
 def told_of_part(law: LawSpec) -> LawSpec:

@@ -73,10 +73,16 @@ class Query:
         Every plan that is safe for the result is safe for every realisation of the uncertainty.
         cache: robust models, keyed by uncertainty; updated in place.
         Returns the problem in the robot frame if the pose has a heading, else in the world frame.
-        Raises InputError if the uncertainty does not fit the model or leaves no goal, and where
-        obstacles are edges of free space in which not every start lies.
+        Raises InputError if the uncertainty does not fit the model or leaves no goal, for the model
+        of another answer under uncertainty, and where not every start lies in the free space of
+        obstacles that are edges.
         """
         problem, model, pose = self.problem, self.model, self.pose
+        if "network_of_runs" in model.claim.evidence:  # else risk and copies would not be told
+            raise InputError(
+                "model: expected the learned one; got that of an answer under uncertainty. Ask the "
+                "learned one again, with it in the problem: reach_avoid(..., uncertainty=...)."
+            )
         require_under_way(problem.all_spans)
         require_dimensions(problem, model)
         _require_places(problem.body, model)
