@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parc_jax.answer.answer import Answer
-from parc_jax.bags.recording import pose_in, stamp_of
+from parc_jax.bags.recording import TILT, pose_in, stamp_of
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.sets.hpolytope import HPolytope
@@ -117,7 +117,10 @@ class Pilot:
         require_frame(message, self.driving.frame, "goal")
         goal = np.array(pose_in(message, "goal"))
         if not np.isfinite(goal).all():
-            raise InputError(f"goal: expected a finite pose; got {goal.tolist()!r:.80}.")
+            raise InputError(
+                f"goal: expected a finite pose, tilted by at most {TILT:g} degrees; got "
+                f"{goal.tolist()!r:.80}."
+            )
         self.goal = goal
 
     def hear_scan(self, message: Any) -> None:
@@ -161,7 +164,8 @@ class Pilot:
         given = self.readings.given(message)
         if stamp is None or not np.isfinite(pose).all():
             raise InputError(
-                f"pose: expected a finite one with a stamp; got {pose.tolist()!r:.80}."
+                f"pose: expected a finite one with a stamp, tilted by at most {TILT:g} degrees; "
+                f"got {pose.tolist()!r:.80}."
             )
         last = self.memory.stamp
         if last is not None and stamp <= last:

@@ -10,6 +10,7 @@ from parc_jax.app.study.replay import Replay, replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.spelling import counted
 from parc_jax.learning.bound.fresh import left_out_beside, not_named, used_by
+from parc_jax.learning.bound.statement import UNSHOWN, confidence_of, probability
 from parc_jax.learning.runs.batch import RolloutBatch
 from parc_jax.learning.runs.law import LEFT, OURS, LawSpec
 
@@ -22,6 +23,7 @@ class Recorded(NamedTuple):
     answer proves safe. used: runs that are known to have made network or tube, with their copies
     and other parts of their recordings. gone: missing rows of their log, and of that of those.
     law: where they are from, with what never became a row of theirs. assumed: of other runs.
+    under: the tube, where nothing showed it.
     """
 
     runs: Replay
@@ -32,6 +34,7 @@ class Recorded(NamedTuple):
     used: int = 0
     gone: int = 0
     assumed: tuple[str, ...] = ()
+    under: str = ""
 
     @property
     def left_out(self) -> dict[str, int]:
@@ -55,7 +58,7 @@ class Recorded(NamedTuple):
         n, inside = self.counts(), int((self.runs.inside & self.runs.failed).sum())
         return (
             f"At least {n['with_start']:,} of {n['runs']:,} recorded runs have a k with a start "
-            f"that is shown to be safe; of {n['replays']:,} replays from such starts "
+            f"that is shown to be safe{self.under}; of {n['replays']:,} replays from such starts "
             f"{n['left_the_tube']:,} left the tube, {n['missed_the_goal']:,} missed the goal, "
             f"{n['touched']:,} touched an obstacle; {inside or 'none'} that stayed in the tube "
             "failed."
@@ -98,7 +101,10 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
         return None
     plans = np.concatenate([np.concatenate(starts), runs.k[row]], axis=1)
     done = replay(runs.select(row), answer.scene, plans)
-    made, of = used_by(answer.model.claim, runs), np.isin(np.arange(runs.n), row)
-    gone = left_out_beside(answer.model.claim, runs)
-    assumed = tuple(not_named(answer.model.claim, runs.seed is None))
-    return Recorded(done, plans, row, of, runs.law, int((made != "").sum()), gone, assumed)
+    claim, of = answer.model.claim, np.isin(np.arange(runs.n), row)
+    used, gone = int((used_by(claim, runs) != "").sum()), left_out_beside(claim, runs)
+    assumed, under = tuple(not_named(claim, runs.seed is None)), UNSHOWN.get(claim.kind, "")
+    if "risk" in (p := claim.premises):
+        risk = f"risk of a plan of its law at most {probability(p['risk'])}"
+        under += f" ({risk}, confidence {confidence_of(p)})"
+    return Recorded(done, plans, row, of, runs.law, used, gone, assumed, under)

@@ -98,7 +98,7 @@ SAID = (
     "x_variance|x_rmse|x_bias|obstacle_x|waypoint_x|predicted_x|lateral error|t|xm|"
     "reference x|left foot x|foot in map x|"
     "Rev A x|ego v x|lidar_grid_x|delta_x|deltaX|wind_x|x_min|xmax|x limit|x_lower|x_upper|x_ddot|"
-    "current_x|motor current x|field|"
+    "current_x|motor current x|field|x_1000|x1000|x 100|px_x|"
     "qvel_0|nsecs|magnetic_field.x|vx|qz|upper arm x|qpos[0]|bottom|yaw"
 )
 FINE = (
@@ -109,6 +109,7 @@ FINE = (
     "s [m]|t [m]|q [m]|target x (m)|left(m)|upper arm x [m]|delta x [m]|x min [m]|"
     "yaw bearing x [m]|"
     "/odom/pose/pose/position/x|Rigid Body 1 Position X|transform.translation.x|"
+    "x_10|robot_px|robot_py|base px|"
     "field.pose.pose.position.x"
 )
 DEGREES = (
@@ -125,9 +126,9 @@ DEGREES = (
             f"{DEGREES}|yaw_rate|heading_cmd|yaw_std|qz|yawRate|heading [mrad]|heading_mrad|gon|"
             "heading (deg)|yaw rad/s|heading error|wheel angle|rot_z|heading_turns|delta_yaw|"
             "yaw_max|pose.orientation.z|transform.rotation.w|q_z|yaw_index|t|T|map|world|in|"
-            "execution|rad|robot|pose|current_yaw|theta1",
+            "execution|rad|robot|pose|current_yaw|theta1|heading_360|yaw_180|q360",
             "yaw|θ|heading [rad]|yaw in radians|headingRad|yaw_t|orientation|wheel angle [rad]|q0|"
-            "q|q_0|rot|robot_yaw|pose.theta|field.theta|odom_yaw|"
+            "q|q_0|theta_10|rot|robot_yaw|pose.theta|field.theta|odom_yaw|"
             "heading (rad)|heading error [rad]|target heading [rad]|rot_z [rad]|"
             "delta [rad]|orientation z [rad]",
         ),
@@ -140,6 +141,7 @@ def test_a_name_without_unit_is_believed_where_all_its_words_are_known(unit, wro
             require_unit(label, unit)
     for label in fine.split("|"):
         require_unit(label, unit)
+    require_unit("tag100 x", "m", ("tag100",))
     with pytest.raises(InputError, match=r"By other names they are told with their unit"):
         require_unit("goal_x", unit)
 

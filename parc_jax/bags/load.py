@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.bags.recording import (
+    TILT,
     Heard,
     frames_of,
     heard,
@@ -41,7 +42,7 @@ PARTS_APART = 10.0  # [s] a recording that begins so soon after another's end is
 
 class Track(NamedTuple):
     """Poses of one recording, on one clock. times (m,) [ns], increasing. stamps (m,) [ns]: of
-    headers, 0 where there are none. pose (m, 3): x, y, heading [m, rad], the heading without jumps.
+    headers, 0 where there are none. pose (m, 3): x, y, heading [m, rad], as they were heard.
     more (m, j): further numbers of the messages. frames: of the poses, and of the robot.
     """
 
@@ -71,8 +72,7 @@ class Drive(NamedTuple):
         tracks = self.where[:4], (x[new] for x in part.where[:4])
         times, stamps, pose, more = map(np.concatenate, zip(*tracks, strict=True))
         sent = (np.concatenate(both) for both in zip(self[5:], part[5:], strict=True))
-        where = Track(times, stamps, _unwrapped(pose), more, self.where.frames)
-        return Drive(*part[:4], where, *sent)
+        return Drive(*part[:4], Track(times, stamps, pose, more, self.where.frames), *sent)
 
 
 class Windows(NamedTuple):
@@ -257,7 +257,7 @@ def _valid(path: Path, runs: Windows, domain: Box | None, n_given: int, short: s
     counts = (
         f"{counted(len(runs.k), 'command')}: {unknown} without what is given, "
         f"{out} outside of K, {(inside & runs.short).sum()} cut short, "
-        f"{(inside & runs.gaps).sum()} with gaps between poses"
+        f"{(inside & runs.gaps).sum()} with gaps between poses, or tilted beyond {TILT:g} degrees"
     )
     LOG.info("%s: %s; %d runs, %d of them failed", path, counts, valid.sum(), failed)
     if failed == valid.sum():  # or there is none
@@ -299,7 +299,8 @@ def track(
     pose = np.array([pose_in(one.message, topic) for one in with_pose])
     rest = np.array([[value_at(one.message, path, topic) for path in more] for one in with_pose])
     rest = rest.reshape(len(with_pose), len(more))
-    repeated = np.append(False, (np.diff(times) == 0) & (pose[1:] == pose[:-1]).all(axis=1))
+    same = np.isclose(pose[1:], pose[:-1], 0.0, 0.0, equal_nan=True)
+    repeated = np.append(False, (np.diff(times) == 0) & same.all(axis=1))
     stamps = np.array([one.stamp or 0 for one in with_pose], np.int64)
     times, stamps, pose, rest = (x[~repeated] for x in (times, stamps, pose, rest))  # no error
     back = np.flatnonzero(np.diff(times) <= 0)
@@ -310,14 +311,7 @@ def track(
             f"{times[i + 1] / 1e9:.9f} s after {times[i] / 1e9:.9f} s. Do two nodes publish it? "
             'Where nobody fills the headers in, take clock="recorder".'
         )
-    return Track(times, stamps, _unwrapped(pose), rest, edge)
-
-
-def _unwrapped(pose: np.ndarray) -> np.ndarray:
-    """Poses (m, 3) without jumps of the heading by a turn."""
-    finite, pose = np.isfinite(pose[:, 2]), pose.copy()
-    pose[finite, 2] = np.unwrap(pose[finite, 2])
-    return pose
+    return Track(times, stamps, pose, rest, edge)
 
 
 def times_of(topic: str, messages: Sequence[Heard], clock: str) -> np.ndarray:
@@ -360,7 +354,10 @@ def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Window
     begin = times[first] + round(after * 1e9)
     following = np.append(times[first][1:], np.iinfo(np.int64).max)
     at = begin[:, None] + np.int64(np.round(np.arange(grid.n_record + 1) * grid.dt_record * 1e9))
-    pose = _interpolated(where.times, where.pose, at, bridge)
+    upright, path = np.isfinite(where.pose[:, 2]), where.pose.copy()
+    path[upright, 2] = np.unwrap(path[upright, 2])  # without jumps of the heading by a turn
+    path[~upright] = np.nan
+    pose = _interpolated(where.times, path, at, bridge)
     given = _interpolated(where.times, where.more, begin, bridge)
     ends = np.minimum(following, where.times[-1])
     gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)

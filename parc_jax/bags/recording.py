@@ -25,6 +25,7 @@ NOTES = rf"(?!.*\.(txt|md|ya?ml|toml|log|py|ipynb|md5|sha\d+|{EXPORTS}|{PICTURES
 PACKED = "7z(ip)?|bz2|cab|gz|lz4|lzma|rar|tar|tbz2?|tgz|tlz|txz|tzst|xz|zipx?|zstd?"
 UNREAD = re.compile(rf"\.((ros)?bag|mcap|db3|({PACKED})(?![a-z])){NOTES}", re.I)
 UNIT = 1e-3  # a quaternion's length may be off by so much; farther off it is no rotation at all
+TILT = 30.0  # [degrees] of a pose at most, as on a ramp; one that is tilted by more has no heading
 
 
 class Heard(NamedTuple):
@@ -159,7 +160,7 @@ def frames_of(message) -> tuple[str, str]:
 
 def pose_in(message, topic: str) -> tuple[float, float, float]:
     """(x, y, heading) [m, rad] of an Odometry, a Pose, a PoseStamped, one with covariance, a
-    Transform, or a Pose2D; the heading is the yaw of the quaternion. Raises InputError.
+    Transform, or a Pose2D; the heading is `yaw_of` the quaternion. Raises InputError.
     """
     while hasattr(message, "pose"):
         message = message.pose
@@ -177,10 +178,12 @@ def pose_in(message, topic: str) -> tuple[float, float, float]:
 
 
 def yaw_of(turn, topic: str) -> float:
-    """[rad] of a quaternion. Raises InputError unless its length is 1."""
+    """[rad] of a unit quaternion; NaN of one tilted by more than TILT. Raises InputError."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     if not abs(math.hypot(x, y, z, w) - 1) <= UNIT:
         raise InputError(
             f"{topic}: expected unit quaternions; got ({x:g}, {y:g}, {z:g}, {w:g}). Left unfilled?"
         )
+    if 1 - 2 * (x * x + y * y) < math.cos(math.radians(TILT)):
+        return math.nan  # of a robot that lies on its side, or another frame, as of a camera
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

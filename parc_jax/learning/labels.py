@@ -130,14 +130,15 @@ def axes_in_all(columns: Sequence[str], points: Sequence[str]) -> list[set[str]]
 
 def require_unit(label: str, unit: str, points: Sequence[str] = ()) -> None:
     """Raises InputError for a label of another unit; and for one without a unit, unless all its
-    words tell a place [m], of points of these names, or a heading [rad].
+    words tell a place [m], of points of these names, or a heading [rad], and no scale (`x_1000`).
     """
     words, rad = words_in(label), unit == "rad"
     named = [word for point in points for word in (*words_in(point), "".join(words_in(point)))]
     told = [x for x in words if (TURNED.fullmatch(x) if rad else x in LONE or _axis_of(x))]
     known = {*told, *(BESIDE if rad else (*PLACED, *named))}
-    known -= {"px"} & {*words[1:]}  # a unit, as in `x_px`
-    plain = told and all(x in known or x.isdecimal() for x in words)
+    known -= {"px"} if len({*told}) > 1 else set()  # a unit, as in `x_px`
+    scale = any(re.search(r"\d{3}", x) for x in {*words}.difference(named))
+    plain = told and not scale and all(x in known or x.isdecimal() for x in words)
     if unit_of(label) != unit and (unit_of(label) or not plain):
         raise InputError(
             f"labels: expected {name_of(label)} in [{unit}], as its numbers are read; got "

@@ -190,6 +190,16 @@ def test_a_file_that_ends_in_a_manoeuvre_begins_no_run(tmp_path):
     np.testing.assert_allclose(split.p, whole.p, atol=1e-12)
 
 
+def test_a_run_that_tips_over_has_failed_and_one_on_a_ramp_has_not(tmp_path):
+    """It drove on, with the yaw of a robot that lies on its back."""
+    times = drive(COMMANDS)[0]
+    for roll, failed in ((0.5, [False] * 3), (0.55, [False, True, False]), (np.pi, None)):
+        lies = np.where((1.9 < times - times[0]) & (times - times[0] < 2.1), roll, 0.0)
+        path = bag(tmp_path, name=f"rolled {roll}", rolls=lies)
+        runs = pj.exchange.load_bags(path, GRID, **ASKED)
+        assert runs.failed.tolist() == (failed or [False, True, False])
+
+
 def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     commands = np.array([[0.5, 0.3], [1.0, -0.4]])
     long = pj.learning.time_grid(0.25, 1.25, 0.05)
@@ -320,6 +330,11 @@ FILES = {
     "cut off, ROS 1": cut_off_ros1,
     "fewer than indexed": fewer_than_indexed,
     "no turn": lambda folder: (bag(folder, unit=0.0), {}, "quaternions; got \\(0, 0, 0, 0\\)"),
+    "a camera's frame": lambda folder: (
+        bag(folder, rolls=np.full(201, -np.pi / 2)),
+        {},
+        "3 with gaps between poses, or tilted beyond 30 degrees",
+    ),
     "nothing there": lambda folder: (folder / "none.mcap", {}, "no such file"),
     "an empty folder": lambda folder: (folder, {}, "or a folder of bags; there is none"),
 }

@@ -244,9 +244,10 @@ def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
     assert "or parts of its recordings by another name or number, would not be recog" in said
     numbers = np.arange(100) // 2
     for file in ("file:other", "file:log"):  # a file of the same name, in another folder
-        for told, seen in ((numbers + 500, numbers), (numbers, names), (names, numbers)):
+        others = (numbers + 500, numbers), (numbers, names), (names, numbers)
+        for told, seen in ((numbers, numbers), *others)[file == "file:log" :]:
             runs = of(held, file, told)
-            with pytest.raises(InputError, match=r"recordings that can be told.*Name them"):
+            with pytest.raises(InputError, match=r"can be told.*Name them.*in groups.csv"):
                 calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
 
 

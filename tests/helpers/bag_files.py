@@ -62,21 +62,24 @@ class Messages:
     def vector(self, x=0.0, y=0.0, z=0.0, kind="Vector3"):
         return self.make(f"geometry_msgs/msg/{kind}", x=float(x), y=float(y), z=float(z))
 
-    def turn(self, yaw, unit=1.0):
+    def turn(self, yaw, unit=1.0, roll=0.0):
         z, w = unit * math.sin(yaw / 2), unit * math.cos(yaw / 2)
-        return self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w)
+        c, s = math.cos(roll / 2), math.sin(roll / 2)
+        return self.make("geometry_msgs/msg/Quaternion", x=w * s, y=z * s, z=z * c, w=w * c)
 
     def twist(self, v, w):
         return self.make("geometry_msgs/msg/Twist", linear=self.vector(v), angular=self.vector(z=w))
 
-    def pose(self, x, y, yaw, unit=1.0):
+    def pose(self, x, y, *turn):
         place = self.vector(x, y, kind="Point")
-        return self.make("geometry_msgs/msg/Pose", position=place, orientation=self.turn(yaw, unit))
+        return self.make("geometry_msgs/msg/Pose", position=place, orientation=self.turn(*turn))
 
-    def odometry(self, at, pose, speed, frames, unit=1.0):
+    def odometry(self, at, pose, speed, frames, unit=1.0, roll=0.0):
         none = np.zeros(36)
         with_cov = self.make(
-            "geometry_msgs/msg/PoseWithCovariance", pose=self.pose(*pose, unit), covariance=none
+            "geometry_msgs/msg/PoseWithCovariance",
+            pose=self.pose(*pose, unit, roll),
+            covariance=none,
         )
         twist = self.make(
             "geometry_msgs/msg/TwistWithCovariance", twist=self.twist(*speed), covariance=none
@@ -113,21 +116,24 @@ def write(
     frames=("odom", "base_link"),
     stamps=None,
     unit=1.0,
+    rolls=(),
     heads=False,
     modes=None,
     tf=None,
 ):
-    """A bag of a drive: /odom, /tf, /cmd_vel. stamps: of /odom [s], where not its times. heads: do
-    commands have headers? modes: (frame, name, effort) of each, which are of joints then. tf: the
-    messages of /tf that are heard at a time [s] and a pose, in place of the one that is in time.
+    """A bag of a drive: /odom, /tf, /cmd_vel. stamps: of /odom [s], where not its times. rolls:
+    [rad] of the first poses of /odom. heads: do commands have headers? modes: (frame, name, effort)
+    of each, which are of joints then. tf: the messages of /tf that are heard at a time [s] and a
+    pose, in place of the one that is in time.
     """
     times, poses, speeds, sent = driven
     ros1 = kind == "ros1"
     says = Messages(ros1)
     stamps = times if stamps is None else stamps
     lines = []
-    for t, stamp, pose, speed in zip(times, stamps, poses, speeds, strict=True):
-        odometry = says.odometry(ns(stamp), pose, speed, frames, unit)
+    rolls = [*rolls, *np.zeros(len(times) - len(rolls))]
+    for t, stamp, pose, speed, roll in zip(times, stamps, poses, speeds, rolls, strict=True):
+        odometry = says.odometry(ns(stamp), pose, speed, frames, unit, roll)
         lines.append((ns(t), "/odom", "nav_msgs/msg/Odometry", odometry))
         moved = [says.transforms(ns(t), pose, frames)] if tf is None else tf(says, t, pose)
         lines += [(ns(t) + i, "/tf", TF, message) for i, message in enumerate(moved)]

@@ -59,8 +59,9 @@ def header(at: int, frame: str = "map"):
     return Some(stamp=stamp(at), frame_id=frame)
 
 
-def pose(x, y, yaw=0.0):
-    turn = Some(x=0.0, y=0.0, z=np.sin(yaw / 2), w=np.cos(yaw / 2))
+def pose(x, y, yaw=0.0, roll=0.0):
+    turn = [f(yaw / 2) * g(roll / 2) for f in (np.cos, np.sin) for g in (np.sin, np.cos)]
+    turn = Some(**dict(zip("xwyz", turn, strict=True)))
     return Some(position=Some(x=float(x), y=float(y), z=0.0), orientation=turn)
 
 
@@ -68,12 +69,12 @@ def posed(x, y, yaw=0.0, at=0, frame="map"):
     return Some(header=header(at, frame), pose=pose(x, y, yaw))
 
 
-def odometry(place, speed, at, frame="map", yaw=0.0):
+def odometry(place, speed, at, frame="map", yaw=0.0, roll=0.0):
     linear = Some(x=float(speed[0]), y=float(speed[1]), z=0.0)
     return Some(
         header=header(at, frame),
         child_frame_id="base_link",
-        pose=Some(pose=pose(*place, yaw)),
+        pose=Some(pose=pose(*place, yaw, roll)),
         twist=Some(twist=Some(linear=linear)),
     )
 

@@ -41,6 +41,7 @@ from parc_jax.method import Exact, FirstProved
 from parc_jax.problem.problem import Span
 from parc_jax.problem.robust.nominal import query
 from parc_jax.proof.certificate.write import part_hash
+from sims.recorded import replay_recorded
 
 pytestmark = pytest.mark.soundness
 
@@ -62,6 +63,14 @@ REPEATS, WRONG = 500, 0.1  # delta of the repetitions
 def answer():
     """A wall that plans under a narrower tube pass closer: some of them fail."""
     return toy.planner().solve(toy.problem(0.62), KEY, toy.SETTINGS, validate=ASKED)
+
+
+def test_recorded_runs_in_a_validated_set_are_told_its_risk(answer):
+    """ "shown to be safe" of a set whose runs may leave the tube."""
+    runs = collect(SYSTEM, KEY, n=20, quiet=True)
+    said = replay_recorded(answer.validation.answer, runs).details()
+    risk = "(risk of a plan of its law at most 0.05, confidence 0.9)"
+    assert f"safe under a tube that runs may leave {risk}; of" in said
 
 
 def repetitions(accepts, widths, failing, seed, tests=300):

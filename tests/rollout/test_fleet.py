@@ -313,6 +313,24 @@ pj.learning.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
 """
 
 
+def test_a_process_that_takes_no_call_leaves_its_place(monkeypatch):
+    """As at the end of Python, in a thread that still collects: it waited for ever."""
+
+    def refuses(*_):
+        raise RuntimeError("cannot schedule new futures after interpreter shutdown")
+
+    def collects():
+        with pytest.raises(InputError, match="it refused 3 times, the last time with Runtime"):
+            pj.learning.collect(made, KEY, n=4, quiet=True)
+        ended.set()
+
+    made, ended = system(None, workers=1), threading.Event()
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", refuses)
+    threading.Thread(target=collects, daemon=True).start()
+    assert ended.wait(20)
+    made.close()
+
+
 @pytest.mark.slow
 def test_a_script_that_does_not_guard_its_start_is_told_so(tmp_path):
     (tmp_path / "walk.py").write_text(UNGUARDED)

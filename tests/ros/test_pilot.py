@@ -92,6 +92,8 @@ BAD = [
     ),
     ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, "odom"), "pose: expected one in"),
     ("hear_pose", sliding.odometry([np.nan, 0], [0, 0], 10), "expected a finite one"),
+    ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, roll=np.pi), "tilted by at most 30 deg"),
+    ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, yaw=2, roll=0.6), "tilted by at most 30"),
     ("hear_scan", None, "where its sensor is"),
 ]
 

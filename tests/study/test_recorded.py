@@ -54,6 +54,14 @@ def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
     assert "0 left the tube, 0 missed the goal, 0 touched an obstacle" in said
 
 
+def test_under_a_tube_that_nothing_showed_no_start_is_said_to_be_safe_alone(answer, runs):
+    model = answer.model
+    claim = pj.learning.declared_claim(model.tube, "the tests say so", model.net, model.time)
+    asked = SimpleNamespace(model=model.replace(claim=claim), **shown(answer))
+    said = replay_recorded(asked, runs).details()
+    assert "a start that is shown to be safe under a declared tube; of" in said
+
+
 def shown(answer):
     return {name: getattr(answer, name) for name in ("scene", "starts")}
 

@@ -289,6 +289,13 @@ def test_a_pose_from_the_future_or_by_another_clock_is_refused(at):
         pj.problem.mover_obstacles(straight(), [mover(0.0)], 0.4, ROBOT, at)
 
 
+def test_of_nobody_nothing_is_said():
+    """ "against 0 movers, any of which leaves with at most 0"."""
+    said = pj.problem.mover_obstacles(straight(), [], 0.4, ROBOT, 0.0).said
+    assert "against nobody, as none was measured. Movers within" in said
+    assert "Of whoever is not among them nothing is said." in said
+
+
 def test_who_is_not_of_the_law_is_refused():
     with pytest.raises(pj.InputError, match=r"up to 2 m/s, .*; this one goes 3 m/s"):
         pj.problem.mover_obstacles(straight(), [mover(0.0, 3.0)], 0.4, ROBOT, 0.0)

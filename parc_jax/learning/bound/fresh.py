@@ -36,6 +36,8 @@ SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
 _NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of the length that "
 _NEAR += f"{100 * LONG:g} % of runs stay within, each of q as much of its largest"
+_NAME = "Name them (groups of texts: `groups` of an .npz, names in groups.csv), or load all runs "
+_NAME += "together and split: batch.split(share)."
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
@@ -282,8 +284,7 @@ def seen_in_training(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
         if not (kinds == [{True}, {True}] or one_log):
             raise InputError(
                 "validate: expected recordings that can be told from those of training; in "
-                f"{runs.name} or in training they have numbers, or none. Name them (groups of "
-                "texts), or load all runs together and split: batch.split(share)."
+                f"{runs.name} or in training they have numbers, or none. {_NAME}"
             )
         seen |= np.isin(groups, names)
     return seen
@@ -323,12 +324,11 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     shared = np.isin(scores.groups, train.groups)
     # names, unlike numbers, mean the same recording in every file
     named = min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
-    if not (named or _one_log(scores, train) or shared.any()):
+    if not (named or _one_log(scores, train)):
         raise InputError(
             f"holdout: expected recordings that can be told from those of training; in "
             f"{scores.law.generator} or {train.law.generator} they have numbers, which two files "
-            "may give to the same recording or to others. Name them (groups of texts, or names in "
-            "groups.csv), or load all runs together and split: batch.split(share)."
+            f"may give to the same recording or to others. {_NAME}"
         )
     if shared.any():
         raise InputError(

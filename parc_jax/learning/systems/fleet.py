@@ -54,6 +54,11 @@ class Processes(Executor):
         # fresh: a fork of one that runs JAX may hang. Ctrl-C is the parent's, and fails no run
         fresh, ignoring = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
         process = self._free.get() or ProcessPoolExecutor(1, fresh, signal.signal, ignoring)
+        try:
+            inner = process.submit(function, *arguments)
+        except BaseException:  # as Python ends
+            self._free.put(None)
+            raise
         self._at_work.add(process)
         outer: Future = Future()
 
@@ -67,7 +72,7 @@ class Processes(Executor):
             else:
                 outer.set_exception(ChildProcessError("its worker process died") if dead else error)
 
-        process.submit(function, *arguments).add_done_callback(ended)
+        inner.add_done_callback(ended)
         return outer
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

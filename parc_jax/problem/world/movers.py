@@ -225,7 +225,7 @@ def mover_obstacles(
         obstacles += polytopes(A, reach, model.time.dt, ends.tolist())
         names.append(f"{content_hash(A, reach)[:12]} from 0")
     n, eps, p = len(movers), model.claim.eps, model.claim.premises
-    some = counted(n, "mover")
+    some = counted(n, "mover") if n else "nobody, as none was measured"
     if eps is None:
         held = f"each stays in its tube ({str(p['tube']).removesuffix('.')})"
     else:
@@ -237,7 +237,8 @@ def mover_obstacles(
         alike = "each track alike"
         if "rows" in p:  # movers are counted, each by its worst track
             alike = "each mover alike, then any of its tracks (of all tracks together: nothing)"
-        some += f", any of which leaves with at most {rounded_up(min(Fraction(1), n * eps))}"
+        leaves = f", any of which leaves with at most {rounded_up(min(Fraction(1), n * eps))}"
+        some += leaves * (n > 0)
         held = (
             f"with confidence {confidence_of(p)} over {count_of(p)[0]:,} {count_of(p)[1]} each "
             f"leaves its tube with probability at most {rounded_up(eps)} from a moment of a track "
