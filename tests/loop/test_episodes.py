@@ -672,9 +672,14 @@ def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
         file.write('{"number": 12, "touched": false, "le')  # killed while it wrote
     done = asked(drive, 30, folder=tmp_path)
     assert [one["number"] for one in lines(tmp_path)] == list(range(30))
-    assert done.driven == asked(Toy(left=0.8), 30).driven
+    alone = asked(Toy(left=0.8), 30)
+    assert "episodes went: 0 had begun by then, and were driven again." in alone.details()
+    assert done.driven[12].before == 1  # whoever chose the moment may have seen it fail
+    assert "episodes went: 1 had begun by then, and were driven again." in done.details()
+    assert [one._replace(before=0) for one in done.driven] == [*alone.driven]
+    assert {path.name for path in tmp_path.iterdir()} == {LINES, ABOUT, "stopped"}
     os.truncate(tmp_path / LINES, 0)
-    assert asked(drive, 30, folder=tmp_path).driven == done.driven
+    assert asked(drive, 30, folder=tmp_path).driven == alone.driven
 
 
 def test_a_loop_that_has_driven_since_is_the_same_driver(tmp_path):
@@ -785,7 +790,10 @@ def test_what_is_made_of_the_rest_when_it_is_asked_for_is_no_content(tmp_path):
 @pytest.mark.parametrize(
     ("spoilt", "words"),
     [
-        (lambda text: text + text.splitlines()[2] + "\n", "every episode once; 2 stands there"),
+        (
+            lambda text: text + text.splitlines()[2] + "\n",
+            "line 7: .* number 2 is of another one, stands there twice",
+        ),
         (
             lambda text: text.replace('"number": 3', '"no": 3'),
             "line 4: expected an episode as it was written",
@@ -816,7 +824,7 @@ def test_episodes_of_another_folder_are_none_of_this_one(tmp_path):
     asked(Toy(), 9, folder=other)
     with (one / LINES).open("a") as file:
         file.writelines(line + "\n" for line in (other / LINES).read_text().splitlines()[4:])
-    with pytest.raises(InputError, match=r"line 5: .* number 4 is of another one, or was changed"):
+    with pytest.raises(InputError, match=r"line 5: .* number 4 is of another one, stands"):
         asked(Toy(touched=0.5), 9, folder=one, looks=(4, 9))
 
 

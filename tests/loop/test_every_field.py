@@ -150,6 +150,7 @@ EPISODES = {
     "rests_on": {"It goes on.": 2},
     "told_in": {"It goes on.": 2},
     "drifted": 0.25,
+    "before": 1,
     "manoeuvres": ["one", "two", "three"],
 }
 COUNTED = {"look": Look(2, 2, Fraction(1, 2000))} | dict.fromkeys(("law", "drive", "again"), "x")

@@ -201,8 +201,17 @@ def test_each_field_of_an_uncertainty_is_shared_or_no_loop_takes_it():
     none = {"k", "given", "unknown", "goal", "heading"}  # heading: in the plane, with rotation
     named = {field.name for field in fields(pj.Uncertainty)}
     assert named == {*none, *(name for one in (*UNSURE, {"start": 0}) for name in one)}
-    shared = {entry.name for entry in driven(False, 1)[0].shared}
-    assert named <= shared
+    (one,) = driven(False, 1)
+    others = {
+        "given": replace(one, given=()),
+        "command": replace(one, command="a cycle late"),
+        "frame": replace(one, asked=replace(one.asked, pose=one.asked.pose._replace(heading=0.5))),
+    }
+    for name, other in others.items():
+        with pytest.raises(InputError, match=rf"agree; {name} is "):
+            episode_part([one, other])
+    # and what was compared above; a new entry is compared in one of the two
+    assert {entry.name for entry in one.shared} == named | {"model", "body"} | others.keys()
     for name in none - {"heading"}:
         with pytest.raises(InputError):
             pj.drive.Loop(
@@ -211,6 +220,32 @@ def test_each_field_of_an_uncertainty_is_shared_or_no_loop_takes_it():
                 leave=0.5,
                 uncertainty=pj.Uncertainty(**{name: 0.1 if name == "goal" else {"k0": 0.1}}),
             )
+
+
+def test_the_errors_that_problems_allow_for_are_told(tmp_path, capsys):
+    """Of obstacles and of the sensor, too: the problems have them inside their grown parts."""
+
+    def told(**known):
+        known = replace(KNOWN, **known)
+        loop = pj.drive.Loop(
+            line_model(4, 0.01, rests=True), 0.05, leave=0.5, uncertainty=known, effort=PATIENT
+        )
+        at = (lambda seen: -seen.path[:, -1, 0],)
+        block = [pj.box([30.0, 30.0], [31.0, 31.0])]
+        one = loop.step([0.0, 0.0], [], block, *at, at=0.0).committed
+        pj.drive.save_episode(tmp_path / "drive.json", [one])
+        assert checker.main([str(tmp_path / "drive.json")]) == 0
+        (line,) = [x for x in capsys.readouterr().out.splitlines() if "errors allowed for" in x]
+        return line
+
+    assert (
+        told() == "  assumed errors allowed for: every start within ±0.01 m of the one asked about"
+    )
+    sensed, moved = (told(**one) for one in UNSURE)
+    assert ", but for a probability of at most 0.05 each time that what is measured is" in sensed
+    assert (
+        "every obstacle moved by an error of its set, which lies within -0.01 to 0.01, -" in moved
+    )
 
 
 def test_what_else_is_assumed_is_told(tmp_path, capsys):

@@ -397,10 +397,13 @@ def test_what_poses_may_be_off_with_some_probability_is_a_premise(line, eps):
     loop = loop_of(line, uncertainty=pj.Uncertainty(start=0.01, sensing_eps=eps))
     stays = lambda seen: seen.k[:, 0] ** 2  # noqa: E731
     steps = [loop.step([0.0, 0.0], [0.0], [], stays, at=at) for at in (0, 1)]
-    for driven, words in ((steps[:1], "of 1/20"), (steps, "of 1/20; for all 2 at most 0.1")):
+    for driven, words in (
+        (steps[:1], "is off by more"),
+        (steps, "; for all 2 manoeuvres at most 0.1"),
+    ):
         part = episode_part([step.committed for step in driven])
         told = {name: value for name, _, value in part["premises"]}
-        assert told.get("sensing", "").endswith(words) == bool(eps)
+        assert told.get("errors allowed for", "").endswith(words) == bool(eps)
         # a certificate and the sentence of a loop say so, too
         said = "at most 0.05 each time that what is measured is off by more"
         one = driven[0].committed

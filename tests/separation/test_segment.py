@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from dense_oracle import convex_hull, distance
+from dropping_nan import dropping_nan
 
 from parc_jax.safe_set.separation import segment
 from parc_jax.safe_set.separation.segment import separation
@@ -157,3 +158,17 @@ def test_tiny_directions_never_overstate_the_gap(power, xp):
         distance = np.hypot(*pa)
         assert gap <= distance * (1 + 1e-14)
         assert gap > 0.99 * distance and np.hypot(*w) == pytest.approx(1, abs=1e-14)
+
+
+def test_a_corner_that_is_none_keeps_no_distance_even_where_the_largest_loses_nan():
+    """By day; of all kernels so: `tests/soundness/test_undefined.py`, at the gate."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    a, b = np.array([3.0, -1.0]), np.array([3.0, 2.0])
+    with dropping_nan(anew=False):
+        assert jax.jit(lambda x: jnp.max(x))(np.full((1000, 16), np.nan)) == -np.inf
+        apart = jax.jit(lambda corners: segment.separation(a, b, corners, 0.0)[0])
+        assert apart(square) > 0
+        for corner in range(4):
+            holed = square.copy()
+            holed[corner] = np.nan
+            assert not apart(holed) > 0

@@ -68,11 +68,11 @@ def episode_part(
         if assumed.setdefault(name, value) != value:
             raise InputError(f"episode: expected {name} as its loop assumes it, {value!r:.60}.")
     others: list[tuple] = [*assumptions("episode", assumed)]
-    if eps := known.sensing_eps:
-        said = "what is measured for a manoeuvre is within its bounds but for a probability of "
-        n, most = len(commitments), rounded_up(min(1, len(commitments) * Fraction(eps)))
-        said += f"{eps}" + f"; for all {n} at most {most}" * (n > 1)
-        others.append(("sensing", ASSUMED, said))
+    if first.uncertainty:
+        n, eps = len(commitments), known.sensing_eps
+        most = f"; for all {n} manoeuvres at most {rounded_up(min(1, n * eps))}"
+        said = f"{first.uncertainty.words}{most * (n > 1 and eps > 0)}"
+        others.append(("errors allowed for", ASSUMED, said))
     if drifted := max(commitments[-1].drifted, drift * (commitments[-1].number + 1)):
         others.append(("drift of the frame", ASSUMED, about_drift(drifted)))
     rests, told = most_and_often(

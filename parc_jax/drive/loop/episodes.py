@@ -17,7 +17,7 @@ from parc_jax.common.keys import Stage, key_data, stream
 from parc_jax.drive.loop.statement import about_episodes
 from parc_jax.drive.loop.workers import Driven, Outcome, Task, driven
 from parc_jax.learning.bound.counts import as_probability, clopper_pearson
-from parc_jax.learning.runs.chunks import cores, describe_work
+from parc_jax.learning.runs.chunks import BEGUN, begin, cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 
@@ -153,7 +153,7 @@ def drive_episodes(
         again.append(again[0]._replace(number=~n, of_drive=task_of(words, OTHER).of_drive))
         with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
             asked = [*stored, *tasks[:1], *again[: 0 not in done], *tasks[1:], *again]
-            for one in driven(drive, law, asked, workers):
+            for one in driven(drive, law, map(ledger.mark, asked), min(workers, len(asked))):
                 if one.number < 0:
                     more.append(one)
                     told_again(done, more, n)  # at once, before others are driven in vain
@@ -238,13 +238,22 @@ class Ledger:
         if self.folder is not None:
             os.close(self._file)
 
+    def mark(self, task: Task) -> Task:
+        """This task, begun as the folder tells from now on; not what is driven again."""
+        if self.folder is not None and task.number >= 0:
+            begin(self.folder, task.number)
+        return task
+
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
         if self.folder is not None:
+            marker = self.folder / BEGUN.format(one.number)
+            one = one._replace(before=marker.stat().st_size - 1)
             told = json.loads(json.dumps(one._asdict()))  # as it is read, of which the hash is
             told["hash"] = whole_digest([self.meta, told])
             os.write(self._file, (json.dumps(told) + "\n").encode())
             os.fsync(self._file)
+            marker.unlink()
         self.done[one.number] = one
 
     def _open(self) -> None:
@@ -258,18 +267,14 @@ class Ledger:
         for i, line in enumerate(text[:whole].splitlines()):
             with reading(f"{self.folder / LINES}, line {i + 1}", "an episode as it was written"):
                 told = json.loads(line)
-                if told.pop("hash", None) != whole_digest([self.meta, told]):
+                known = told.pop("hash", None) == whole_digest([self.meta, told])
+                if not known or told["number"] in self.done:
                     raise InputError(
                         f"{self.folder / LINES}, line {i + 1}: expected an episode of this folder, "
-                        f"as it was written; number {told['number']!r:.20} is of another one, or "
-                        "was changed. Begin anew in another folder."
+                        f"as it was written; number {told['number']!r:.20} is of another one, "
+                        "stands there twice, or was changed. Begin anew in another folder."
                     )
                 one = Driven(**told)
-            if one.number in self.done:
-                raise InputError(
-                    f"{self.folder / LINES}: expected every episode once; {one.number} stands "
-                    "there twice."
-                )
             self.done[one.number] = one
 
 

@@ -31,7 +31,8 @@ def about_episodes(episodes) -> str:
         f"use come from this law ({episodes.law}); the driver ({episodes.drive}) and all else that "
         f"decides were settled before the first episode and stay so (episodes: {episodes.again}); "
         f"no episodes were driven for it but those of its {counted(look.planned, 'look')}, under "
-        "any key; what stopped the work, if anything, had nothing to do with how episodes went.",
+        "any key; what stopped the work, if anything, had nothing to do with how episodes went: "
+        f"{sum(one.before for one in episodes.driven):,} had begun by then, and were driven again.",
     ]
     if contradictions:
         sentences.append(

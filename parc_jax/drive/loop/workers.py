@@ -5,9 +5,9 @@ identified. Imports NumPy alone: workers start at once.
 import functools
 import json
 import pickle
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
+from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -43,7 +43,8 @@ class Driven(NamedTuple):
     that committed to its manoeuvres, by content. told_for: [s] from a manoeuvre's begin, the least
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
-    `most_and_often`. manoeuvres: each by content. drifted: [m] all that loops were told of.
+    `most_and_often`. manoeuvres: each by content. drifted: [m] all that loops were told of. before:
+    its earlier begins, of which none came to an end.
     """
 
     number: int
@@ -58,6 +59,7 @@ class Driven(NamedTuple):
     told_in: Mapping[str, int] = {}
     manoeuvres: Sequence[str] = []
     drifted: float = 0.0
+    before: int = 0
 
     @property
     def bad(self) -> bool:
@@ -68,7 +70,8 @@ class Driven(NamedTuple):
         """Names of what another drive of this episode told otherwise."""
         if self.failed or other.failed:  # a process may die of others
             return {"failed"} if not (self.failed and other.failed) else set()
-        one, two = ({**x.told, **x._asdict(), "number": 0, "told": 0} for x in (self, other))
+        none = dict.fromkeys(("number", "told", "before"))
+        one, two = ({**x.told, **x._asdict(), **none} for x in (self, other))
         return {x for x in one.keys() | two.keys() if repr(one.get(x)) != repr(two.get(x))}
 
 
@@ -168,9 +171,7 @@ def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) 
             "episodes: expected a drive and a law that can be sent to worker processes; "
             f"{error}. Define them at the top level of a module, or pass workers=0."
         ) from None
-    waiting = deque(tasks)
-    workers = min(workers, len(waiting))
-    processes, at_work = Processes(workers), {}
+    waiting, processes, at_work = iter(tasks), Processes(workers), {}
     try:
         for begun in [processes.submit(run_pickled, pickled, None) for _ in range(workers)]:
             if (error := begun.exception()) is not None:  # before the first episode, so of none
@@ -178,10 +179,11 @@ def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) 
                     f"episodes: expected worker processes to start; {said(error)}. Guard the "
                     'script\'s own start with `if __name__ == "__main__":`, or pass workers=0.'
                 )
-        while waiting or at_work:
-            while waiting and len(at_work) < workers:
-                task = waiting.popleft()
+        while True:
+            for task in islice(waiting, workers - len(at_work)):  # none is taken before it begins
                 at_work[processes.submit(run_pickled, pickled, task)] = task
+            if not at_work:
+                return
             for done in wait(at_work, return_when=FIRST_COMPLETED).done:
                 task, error = at_work.pop(done), done.exception()
                 # an episode that ends its process has failed; another process takes its place

@@ -143,7 +143,7 @@ _SHOWN = {"pac": _shown, "assumed": _unshown, "declared": _unshown, VALIDATED: _
 def _pac(p: Premises) -> str:
     eps = probability(p["eps"])
     tube = "the tube" + " of the model's claim about all its parameters" * ("not drawn" in p)
-    by_bin = f" (the largest, as each has its own, of {p['blocks']})" if "bins" in p else ""
+    by_bin = f" (the largest of {p['blocks']}, {p['n']})" if "bins" in p else ""
     n, many = count_of(p)
     behind = f"{n:,} calibration {'rollouts' if many == 'runs' else many}"
     if "rows" in p:

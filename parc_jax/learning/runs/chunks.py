@@ -66,7 +66,17 @@ def _described(path: Path) -> dict:
         return dict(json.loads(path.read_text(encoding="utf-8")))
 
 
+def begin(folder: Path, index: int) -> int:
+    """Mark a piece of work as begun. Returns the number of its earlier begins without an end."""
+    with open(folder / BEGUN.format(index), "ab") as marker:
+        marker.write(b".")
+        marker.flush()
+        os.fsync(marker.fileno())
+        return marker.tell() - 1
+
+
 Arrays = dict[str, np.ndarray]
+BEGUN = "begun_{:06d}"
 HASH = "hash"  # of a chunk, its number and its folder's work
 
 
@@ -110,21 +120,10 @@ class ChunkStore:
         """Store a finished chunk, atomically."""
         of = {HASH: np.array(whole_digest([self._meta, index, arrays]))}
         write_npz(self._path(index), arrays | of)
-        self._marker(index).unlink(missing_ok=True)
-
-    def begin(self, index: int) -> int:
-        """Mark a chunk as begun. Returns the number of its earlier begins without an end."""
-        with open(self._marker(index), "ab") as marker:
-            marker.write(b".")
-            marker.flush()
-            os.fsync(marker.fileno())
-            return marker.tell() - 1
+        (self.folder / BEGUN.format(index)).unlink(missing_ok=True)
 
     def _path(self, index: int) -> Path:
         return self.folder / f"chunk_{index:06d}.npz"
-
-    def _marker(self, index: int) -> Path:
-        return self.folder / f"begun_{index:06d}"
 
 
 def cores() -> int:
@@ -169,7 +168,7 @@ def run_chunks(
             return done
         device = free.get()
         try:
-            before = store.begin(index) if store is not None and count_losses else 0
+            before = begin(store.folder, index) if store is not None and count_losses else 0
             arrays = work(index, device)
         finally:
             free.put(device)
