@@ -11,12 +11,19 @@ from parc_jax.app.plot import style
 from parc_jax.common.errors import InputError
 from parc_jax.safe_set.corridors.search import Progress
 
+CYCLE = (style.BLUE, style.RED, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK)
+DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
 SMALL = {"color": style.GREY, "fontsize": 8}  # of words within a picture
 
 
 def note(ax, words: str, at, away: tuple[float, float], **looks) -> None:
     """Words beside a place, [points] away from it. looks: as of `Axes.annotate`."""
     ax.annotate(words, at, away, textcoords="offset points", **looks)
+
+
+def line(number: int) -> dict:
+    """Colour and dashes of the n-th line of a picture, so that lines differ in more than colour."""
+    return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}
 
 
 class CoverCurve(NamedTuple):
@@ -50,7 +57,7 @@ def cover(
             left = np.maximum(1 - np.asarray(curve.share, float), floor)
             for ax, along in zip(sheet.axes, (curve.number, curve.seconds), strict=True):
                 if along is not None:
-                    ax.step(along, left, where="post", **style.line(index), label=curve.name)
+                    ax.step(along, left, where="post", **line(index), label=curve.name)
         for ax, label in zip(sheet.axes, ("number of corridors", "time [s]"), strict=True):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
@@ -64,7 +71,7 @@ def cover(
         sheet.axes[0].set_xscale("log")
         sheet.axes[0].set_ylabel("share of the safe set not covered")
         if sheet.out is sheet.figure:
-            handles = [style.mark(one.name, **style.line(i)) for i, one in enumerate(curves)]
+            handles = [style.mark(one.name, **line(i)) for i, one in enumerate(curves)]
             style.legend(sheet.figure, handles, min(len(curves), 4))
     return sheet.out
 
@@ -155,7 +162,7 @@ def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
     ax.axvline(0.0, color=style.GREY, linewidth=0.8)
     for row, room in enumerate(rooms):
         number = curves.index(room.name) if room.name in curves else len(curves)
-        color = style.line(number)["color"]
+        color = line(number)["color"]
         known = [x for x in (room.circle, room.body) if x is not None]
         ax.plot(known, [row] * len(known), color=color, linewidth=0.8)
         for x, marker, face in ((room.circle, "o", "white"), (room.body, "s", color)):
@@ -174,7 +181,7 @@ def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
 def _curve(ax, curve: GapCurve, number: int, floor: float) -> None:
     order = np.argsort(curve.gaps)
     gaps, share = np.asarray(curve.gaps, float)[order], np.asarray(curve.share, float)[order]
-    looks = {"marker": "osD^v"[number % 5], **style.line(number)}
+    looks = {"marker": "osD^v"[number % 5], **line(number)}
     ax.plot(gaps, np.maximum(share, floor), **looks, label=curve.name, markersize=4)
     none = gaps[share <= 0]
     looks |= {"linestyle": "none", "markerfacecolor": "white", "markersize": 5 + 3 * number}

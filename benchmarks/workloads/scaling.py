@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.arcs import bending_arcs, between_blocks
 from benchmarks.bench import Bench
+from benchmarks.curves import line
 from benchmarks.metrics import exact, metric
 from benchmarks.result import Result, Table
 from benchmarks.workloads.rare import lines, slit, whole
@@ -137,7 +138,7 @@ def figure(data: dict, path) -> None:
             work = [p["work"] for p in curve["points"]]
             for number, (kind, name) in enumerate(kinds):
                 cost = [p[kind] for p in curve["points"]]
-                ax.plot(work, cost, marker="o", markersize=3, label=name, **style.line(number))
+                ax.plot(work, cost, marker="o", markersize=3, label=name, **line(number))
             ax.set(xscale="log", yscale="log", title=curve["along"].split(",")[0])
             some = [work[0], work[len(work) // 2], work[-1]]
             ax.set_xticks(some, [f"{w:.0f}" if w < 1e4 else f"{w:.0e}" for w in some])

@@ -28,7 +28,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.claim import ErrorClaim
 from parc_jax.learning.bound.counts import clopper_pearson, least_probability
 from parc_jax.learning.bound.declared import declared_claim
-from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
+from parc_jax.learning.bound.pipeline import bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.bound.tube import zero_tube
 from parc_jax.learning.learn import fit_network
@@ -41,6 +41,7 @@ from parc_jax.problem.problem import Problem
 from parc_jax.safe_set.verdict.outcomes import outcomes
 from parc_jax.safe_set.verdict.pointwise import verdicts
 from parc_jax.safe_set.verdict.scene import Scene, scene_of
+from sims.shared_runs import SharedRuns
 
 ENOUGH = 0.99  # of a plan's runs must succeed
 ENDS = 8  # places z of each k
@@ -121,7 +122,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         model = _without_errors(net, learned)
         if truth is None:
             truth = truly_safe(task, system, model, bench)
-        runs = HeldRuns(holdout, learned.select(slice(study.rollouts, None)))
+        runs = SharedRuns(holdout, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
         claims = bound_errors(net, runs, train, study.claims.replace(claims=kinds), start)
         for kind, claim in zip(kinds, claims, strict=True):

@@ -13,7 +13,7 @@ import numpy as np
 
 from parc_jax.app.study.settings import Study
 from parc_jax.common.keys import Stage, generator, stream
-from parc_jax.learning.bound.pipeline import HeldRuns, bound_errors
+from parc_jax.learning.bound.pipeline import bound_errors
 from parc_jax.learning.bound.start_gap import try_starts
 from parc_jax.learning.learn import fit_network
 from parc_jax.learning.model import TrajectoryModel, trajectory_model
@@ -26,6 +26,7 @@ from parc_jax.safe_set.corridors.sampling import draw
 from parc_jax.safe_set.verdict.scene import lowered, volume_of_all
 from sims.asv.scenario import problem, system
 from sims.asv.study import BOXES, STUDY
+from sims.shared_runs import SharedRuns
 
 COMPARED = 32_768  # points drawn to estimate the safe share of a row
 FAST = {"seeds": 2}  # the bounds need no more
@@ -71,7 +72,7 @@ def helps(only: list[int] | None = None) -> None:
         if known not in trained:
             trained[known] = fit_network(train, study, key)
         net = trained[known]
-        runs = HeldRuns(fresh, learned.select(slice(study.rollouts, None)))
+        runs = SharedRuns(fresh, learned.select(slice(study.rollouts, None)))
         kinds = ("one",) if study.bound.blocks is None else ("bins", "one")
         claims = bound_errors(net, runs, train, study.claims.replace(claims=kinds), start)
         safe = {"bins": "-"}

@@ -28,7 +28,6 @@ from parc_jax.learning.bound.monitor import inside_tube, monitor
 from parc_jax.learning.bound.pipeline import bound_error
 from parc_jax.learning.bound.settings import (
     AccelerationBound,
-    BoundSettings,
     ModelBound,
     SpeedBound,
 )
@@ -200,12 +199,8 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
 )
 def test_what_a_calibration_would_not_use_is_refused(holdout, profile, options):
     for make in (calibrate, *[calibrate_bins] * ("blocks" not in options)):
-        for call in (
-            lambda make=make: make(NET, holdout, profile, **options),
-            lambda make=make: make(NET, holdout, profile, BoundSettings(**options)),
-        ):
-            with pytest.raises(InputError, match="expected no such option with runs and a profile"):
-                call()
+        with pytest.raises(InputError, match="expected no such option with runs and a profile"):
+            make(NET, holdout, profile, **options)
 
 
 def test_time_between_records_is_declared_and_added(holdout, profile):

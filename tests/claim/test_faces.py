@@ -126,14 +126,3 @@ def test_times_a_factor_sets_hold_zero_and_all_smaller_ones(rng):
     np.testing.assert_allclose(low, 0.61 * np.minimum(given.centre - given.half, 0), atol=2e-6)
     lost = faces(given.directions, given.centre, np.full_like(given.half, np.inf)).times(0.5)
     assert np.isposinf(lost.half).all() and not lost.centre.any()
-
-
-def test_half_extents_are_of_all_faces_together():
-    """Every frame alone tells less: its support is only a bound from above."""
-    directions = np.array([[[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]])
-    given = faces(directions, np.zeros((1, 4)), [[1.0, 1.0, 0.5, 0.5]], frames=True)
-    assert given.half_extent(0, 0) == pytest.approx(0.5)
-    thin = faces(directions, np.zeros((1, 4)), [[1.0, 0.1, 0.5, 2.0]], frames=True)
-    assert thin.errors.support(np.array([[1.0, 0.0]]))[0] > thin.half_extent(0, 0) + 0.3
-    assert thin.half_extent(0, 0) == pytest.approx(0.6)
-    assert given.with_half(np.full((1, 4), np.inf)).half_extent(0, 1) == np.inf

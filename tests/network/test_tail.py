@@ -1,9 +1,7 @@
 """Refitting the last layer to the largest errors."""
 
 import numpy as np
-import pytest
 
-from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import box
 from parc_jax.learning.network.fit import fit_tail
 from parc_jax.learning.network.relu import relu_network
@@ -57,8 +55,3 @@ def test_hidden_layers_stay_and_a_perfect_fit_is_kept(rng):
     p[:, 1, 0] = np.maximum(data.k[:, 0], 0) * 0.7 + np.maximum(-data.k[:, 0], 0) * -0.7
     data = data.replace(p=p)
     assert fit_tail(net, data).hash == net.hash
-
-
-def test_power_below_two_is_refused(rng):
-    with pytest.raises(InputError, match="power of at least 2"):
-        fit_tail(relu_network([np.array([[1.0]])], [np.zeros(1)]), skewed(rng)[0], 1.0)

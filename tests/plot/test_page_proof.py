@@ -13,10 +13,9 @@ from needs import need
 from toy_file import save, toy_file
 
 from parc_jax import checker
-from parc_jax.answer.answer import answer_data
 from parc_jax.app.files.answer_file import load_answer
 from parc_jax.app.plot import page as page_file
-from parc_jax.app.plot.page import FILES, page_data, page_of, write_page
+from parc_jax.app.plot.page import FILES, write_page
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.proof.certificate.write import part_hash
 
@@ -70,7 +69,7 @@ def test_no_part_is_taken_for_another(page, tmp_path):
 def test_too_large_an_answer_stays_out(page, monkeypatch):
     loaded = load_answer(save(page.with_name("large.json"), toy_file()))
     monkeypatch.setattr(page_file, "MAX_ANSWER", 5_000)
-    text = page_of(page_data(loaded), json.dumps(answer_data(loaded)))
+    text = write_page(loaded, page.with_name("large.html")).read_text()
     assert block(text, "answer") == "" and re.search(r'id="answer".*data-bytes="\d{4,}"', text)
 
 

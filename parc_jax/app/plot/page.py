@@ -65,15 +65,10 @@ def write_page(
         page = filled("episode.html", episode_data(Stage(source, truth)))
     else:
         answer = json.dumps(answer_data(source, polytopes), separators=(",", ":"))
-        page = page_of(page_data(source, polytopes), answer)
+        parts = {"ANSWER": _within(answer) if len(answer) <= MAX_ANSWER else ""}
+        parts["PROVED"] = PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script")
+        page = filled("page.html", page_data(source, polytopes), BYTES=str(len(answer)), **parts)
     return write_atomic(html_path, page.encode())
-
-
-def page_of(data: dict, answer: str) -> str:
-    """The page around its data and the text of the answer's file."""
-    proved = PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script")
-    within = _within(answer) if len(answer) <= MAX_ANSWER else ""
-    return filled("page.html", data, PROVED=proved, ANSWER=within, BYTES=str(len(answer)))
 
 
 def filled(name: str, data: dict, **parts: str) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.app.plot import shapes, style
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted, hex_text
 from parc_jax.proof.regions.table import RegionTable
@@ -74,8 +73,6 @@ def regions(answer, table: RegionTable, to=None, *, axes=(0, 1), at=None):
 
 def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[np.ndarray]]:
     """Numbers (m,), outlines (v, 2) of regions on the plane through `at` along two axes of k."""
-    if not isinstance(table.domain, Box):
-        raise InputError("regions: expected regions over a box K; these are over another polytope.")
     if table.net.n_in == 2:
         every = np.arange(table.count)
         return every, [table.region_vertices(i)[:, list(axes)] for i in every]

@@ -19,8 +19,6 @@ from parc_jax.learning.runs.files import write_atomic
 
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"  # Okabe and Ito's palette
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#8C8C8C"
-CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
-DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
 TUBE, GOAL, OBSTACLE = "#D6E8F5", "#CBE8DF", "#6E6E6E"
 SEE_THROUGH = 0.6  # obstacles in space, which hide the parts behind them
 DPI = 200
@@ -137,8 +135,3 @@ def limits(ax, lo, hi) -> None:
     """Show the box with these corners (2,)."""
     ax.set_xlim(lo[0], hi[0])
     ax.set_ylim(lo[1], hi[1])
-
-
-def line(number: int) -> dict:
-    """Colour and dashes of the n-th line of a picture, so that lines differ in more than colour."""
-    return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}

@@ -42,14 +42,12 @@ def chebyshev_center(p: HPolytope) -> Ball:
     return Ball(center, float(np.clip(depth.min(initial=size), 0.0, size)))
 
 
-def bounding_box(s: Box | HPolytope, name: str = "bounding_box") -> Box:
+def bounding_box(s: HPolytope, name: str = "bounding_box") -> Box:
     """A box proved to contain s: two LPs per coordinate, or a closed form where each row is about
     one coordinate or about one of some disjoint pairs.
 
     Infinite where s is unbounded or no bound was proved. Raises InputError if s is proved empty.
     """
-    if isinstance(s, Box):
-        return s
     if (known := _by_pairs(s)) is not None:
         return known
     lo, hi = row_bounds(s.A, s.b)

@@ -43,7 +43,6 @@ def calibrate(
     net: ReLUNetwork,
     holdout: RolloutBatch | Scores,
     profile: Tube,
-    settings: BoundSettings | None = None,
     *,
     train: RolloutBatch | None = None,
     **options,
@@ -51,16 +50,16 @@ def calibrate(
     """The claim that a calibration set supports about tube = (largest score) x profile. [T1, T2]
 
     holdout: calibration set, unseen by network and profile, i.i.d. from one law; or its `Scores`.
-    settings, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
-        `BoundSettings`. With too few runs the claim carries the larger eps that they support; of
-        more than needed as many are discarded as eps and delta allow, or with a number of discards
-        the eps is smaller. Each of the looks (nets compared, retries) gets delta / looks.
+    options: `eps`, `delta`, `discard`, `looks` and `intersample` of `BoundSettings`. With too few
+        runs the claim carries the larger eps that they support; of more than needed as many are
+        discarded as eps and delta allow, or with a number of discards the eps is smaller. Each of
+        the looks (nets compared, retries) gets delta / looks.
     train: the training runs, to refuse any of them in the calibration set.
     A failed run has an infinite score. Runs that come in groups (parts of one recording) count as
     one: n is the number of groups, and the score of a group is its worst. Raises InputError, also
     for repeated runs and near copies.
     """
-    settings = (settings or BoundSettings()).replace(**options)
+    settings = BoundSettings().replace(**options)
     refuse_unused(settings, (*OF_RUNS, "blocks"), CALIBRATED, options)
     scores = _scored(net, profile, holdout)
     check_fresh(scores, train)
@@ -228,7 +227,6 @@ def calibrate_bins(
     net: ReLUNetwork,
     holdout: RolloutBatch | Scores,
     profile: Tube,
-    settings: BoundSettings | None = None,
     *,
     train: RolloutBatch | None = None,
     **options,
@@ -241,7 +239,7 @@ def calibrate_bins(
     looks). A bin with too few runs gets no claim, never a small tube. Arguments as in `calibrate`,
     and `blocks`; discard counts per claim. Raises InputError.
     """
-    settings = (settings or BoundSettings()).replace(**options)
+    settings = BoundSettings().replace(**options)
     refuse_unused(settings, OF_RUNS, CALIBRATED, options)
     scores = _scored(net, profile, holdout)
     check_fresh(scores, train)

@@ -255,20 +255,6 @@ class Faces:
         share = np.divide(left, across, out=np.ones_like(left), where=across > 0).min(axis=-1)
         return share[..., None] * around / _UP**4
 
-    def half_extent(self, index: tuple[int, ...] | int, axis: int) -> float:
-        """Half width of one set along an axis, by linear programs over all faces; infinite without
-        claim. A support in frames only bounds it from above.
-        """
-        from scipy.optimize import linprog  # heavy to load, and seldom needed
-
-        u, c, s = self.directions[index], self.centre[index], self.half[index]
-        if not np.isfinite(s).all():
-            return np.inf
-        A, b = np.concatenate([u, -u]), np.concatenate([s + c, s - c])
-        unit = np.eye(u.shape[1])[axis]
-        ends = [linprog(sign * unit, A_ub=A, b_ub=b, bounds=(None, None)) for sign in (1, -1)]
-        return 0.0 if any(end.status for end in ends) else -(ends[0].fun + ends[1].fun) / 2
-
     def half_around(self, size: npt.ArrayLike) -> np.ndarray:
         """(..., R) largest |u_j . e| over all |e| <= size (..., n), rounded up."""
         n = self.directions.shape[-1]

@@ -8,7 +8,7 @@ the same makes a new claim from new data.
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -79,27 +79,17 @@ class SystemRuns:
 
 @dataclass(frozen=True, eq=False)
 class HeldRuns:
-    """Recorded runs, or runs simulated before and shared by claims that are compared.
-
-    unseen: calibration set; a log is used up completely, however few runs are needed.
-    held: further runs of the same system; None for a log, which cannot be continued.
-    """
+    """Recorded runs. unseen: calibration set, used up completely, however few runs are needed."""
 
     unseen: RolloutBatch
-    held: RolloutBatch | None = None
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
-        """The first n of `held`."""
-        return () if self.held is None else (self.held.select(slice(0, n)),)
+        """None: a log cannot be continued."""
+        return ()
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
-        """The calibration set, beside `held` its first n. Raises InputError for fewer."""
-        if self.held is None:
-            return (self.unseen,)
-        if self.unseen.n < n:
-            raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
-        # so many as the claim needs, and no other was looked at: they are all
-        return (replace(self.unseen.select(slice(0, n)), source=None),)
+        """The calibration set."""
+        return (self.unseen,)
 
 
 # [standard deviations] by which the expected runs of the smallest bin exceed the need of its claim

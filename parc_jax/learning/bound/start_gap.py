@@ -87,20 +87,11 @@ def rotation_gap(system: Any, key: jax.Array, headings: npt.ArrayLike, k: Any = 
     """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
     start, turned back, and compare. key, k: as of `translation_gap`. Raises InputError.
 
-    The system must declare `rotation` and offer `rollout_headed(key, k, heading) -> Trajectory`, p
+    The system declares `rotation` and offers `rollout_headed(key, k, heading) -> Trajectory`, p
     relative to the start and not turned back.
     """
-    rotation, headed_rollout = rotation_of(system), getattr(system, "rollout_headed", None)
-    if rotation is None or not callable(headed_rollout):
-        raise InputError(
-            f"rotation_gap: expected {system.name} to declare rotation and to offer "
-            "rollout_headed(key, k, heading) -> Trajectory; it does not. Without it, invariance is "
-            "an assumption of every answer for a heading."
-        )
-    headings = np.asarray(headings, np.float64)
-    if headings.ndim != 1:
-        raise InputError(f"rotation_gap: expected headings (n,); got {headings.shape}.")
-    many = jax.jit(jax.vmap(headed_rollout))
+    rotation, headings = rotation_of(system) or (), np.asarray(headings, np.float64)
+    many = jax.jit(jax.vmap(system.rollout_headed))
     k, straight, headed = _both(system, key, many, headings, "rollout_headed(key, k, heading)", k)
     cosine, sine = np.cos(headings), np.sin(headings)
     back = np.array([[cosine, sine], [-sine, cosine]])

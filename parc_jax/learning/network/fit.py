@@ -23,12 +23,10 @@ def fit_tail(net: ReLUNetwork, data: RolloutBatch, power: float = 8.0) -> ReLUNe
 
     data: the training runs and no others, since calibration runs must be fresh. power: 2 is least
     squares; 8 is close to the midrange and still smooth. Damped reweighted least squares;
-    an output without a gain retains its row. Raises InputError for a power below 2.
+    an output without a gain retains its row.
     """
     from parc_jax.learning.network.train import training_arrays  # flax and optax
 
-    if not power >= 2:
-        raise InputError(f"fit_tail: expected a power of at least 2 (least squares); got {power}.")
     k, y = training_arrays(data)
     hidden = features(net.weights[:-1], net.biases[:-1], k)
     rows = np.concatenate([hidden, np.ones((len(k), 1))], axis=1)

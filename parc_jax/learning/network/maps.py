@@ -1,12 +1,12 @@
 """Affine maps of a network on regions of its activation patterns. Float64, rounding as in [T10].
 
-Two forms of the same recursion z = W h + b, h = z where active: one pattern at a time, for NumPy or
-for JAX, and many patterns at once in chunks, for tables. (In integers: `exact.forms`.)
+Two forms of the same recursion z = W h + b, h = z where active: one pattern at a time, in a kernel,
+and many patterns at once in chunks, for tables. (In integers: `exact.forms`.)
 """
 
 from collections.abc import Iterator, Sequence
-from types import ModuleType
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Int
 
@@ -16,30 +16,28 @@ from parc_jax.learning.network.relu import ReLUNetwork
 CHUNK_BYTES = 8 << 20  # working set of one chunk of regions
 
 
-def pattern_map(net: ReLUNetwork, pattern: Bool[ArrayLike, " hidden"], xp: ModuleType = np):
+def pattern_map(net: ReLUNetwork, pattern: Bool[ArrayLike, " hidden"]):
     """Region rows A (n_hidden, n), b (n_hidden,) and map C (n_out, n), d (n_out,) of one activation
-    pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it.
-
-    xp: numpy, or jax.numpy for use inside a kernel.
+    pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it. Kernel.
     """
     n = net.n_in
-    C = xp.eye(n, dtype=float)
-    d = xp.zeros(n)
-    rows = [xp.zeros((0, n))]
-    bounds, first = [xp.zeros(0)], 0
+    C = jnp.eye(n, dtype=float)
+    d = jnp.zeros(n)
+    rows = [jnp.zeros((0, n))]
+    bounds, first = [jnp.zeros(0)], 0
     for W, bias in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        C = xp.matmul(W, C)
-        d = xp.matmul(W, d) + bias
+        C = jnp.matmul(W, C)
+        d = jnp.matmul(W, d) + bias
         on = pattern[first : first + len(bias)]
         first += len(bias)
-        sign = xp.where(on, -1.0, 1.0)
+        sign = jnp.where(on, -1.0, 1.0)
         rows.append(sign[:, None] * C)
         bounds.append(-sign * d)
-        C = xp.where(on[:, None], C, 0.0)
-        d = xp.where(on, d, 0.0)
-    C = xp.matmul(net.weights[-1], C)
-    d = xp.matmul(net.weights[-1], d) + net.biases[-1]
-    return xp.concatenate(rows), xp.concatenate(bounds), C, d
+        C = jnp.where(on[:, None], C, 0.0)
+        d = jnp.where(on, d, 0.0)
+    C = jnp.matmul(net.weights[-1], C)
+    d = jnp.matmul(net.weights[-1], d) + net.biases[-1]
+    return jnp.concatenate(rows), jnp.concatenate(bounds), C, d
 
 
 def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,6 @@ import numpy as np
 
 from parc_jax.common.errors import InputError
 from parc_jax.common.lp.exact import round_down, round_up
-from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import exact, listed, rounded_up
 from parc_jax.learning.labels import axes_of, name_of, unit_of
 from parc_jax.learning.model import TrajectoryModel
@@ -253,10 +252,6 @@ class Robustness(NamedTuple):
     parameters: tuple[int, int]
     k_volume: float
     more: bool
-
-    def volume_of_k(self, domain: Box) -> float:
-        """Volume of the claim's K; of the chosen parameters' domain where not all are chosen."""
-        return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
 
     @property
     def meaning(self) -> str:

@@ -16,7 +16,6 @@ from jaxtyping import ArrayLike, Float, Int
 from parc_jax.common import struct
 from parc_jax.common.arrays import once, x64
 from parc_jax.common.backend import Backend, backend, compiled
-from parc_jax.common.errors import InputError
 from parc_jax.common.shapes import Index, Key, ManyParams, Params, Positions, Vector
 from parc_jax.learning.bound.bins import closed_bins, open_bin_of
 from parc_jax.learning.bound.tube import Tube
@@ -117,17 +116,10 @@ def preferred(
 ) -> FirstSafe:
     """The first n safe plans of a list in its order, from the one start of a scene, on the host.
 
-    k: (m, n_k) parameters. n: 16 at most. room: [m] of clearance, which ends the search. looks: so
-        many tests of a plan against a pair end it too. p0: (m, n_p) [m] a start of each instead.
-    Raises InputError.
+    k: (m, n_k) parameters. n: MOST at most. room: [m] of clearance, which ends the search. looks:
+        so many tests of a plan against a pair end it too. p0: (m, n_p) [m] a start of each instead.
     """
-    if scene.at is None and p0 is None:
-        raise InputError("preferred: expected a question with one start; ask it with `at`.")
-    if not 1 <= n <= MOST:
-        raise InputError(f"preferred: expected 1 to {MOST} plans; got {n}.")
     k = np.asarray(k, np.float64)
-    if k.ndim != 2 or k.shape[1] != scene.model.n_k:
-        raise InputError(f"preferred: expected k of shape (m, {scene.model.n_k}); got {k.shape}.")
     p0 = np.tile(scene.at, (len(k), 1)) if p0 is None else np.asarray(p0, np.float64)
     bins = closed_bins(scene.model.tube.edges, k)
     # borders are rare: capacity for all bins that can meet, of which as many are tested as do

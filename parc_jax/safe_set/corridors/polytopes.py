@@ -101,7 +101,7 @@ def _cell_rows(
     """
     n_p, n_k, layout = scene.start_A.shape[1], net.n_in, tube.layout
     with jax.default_matmul_precision("highest"):
-        region_A, region_b, C, d = pattern_map(net, pattern, jnp)
+        region_A, region_b, C, d = pattern_map(net, pattern)
     q_C, q_d = C[layout.n_offsets :], d[layout.n_offsets :]
     C = jnp.concatenate([jnp.zeros((n_p, n_k)), C[: layout.n_offsets]])
     d = jnp.concatenate([jnp.zeros(n_p), d[: layout.n_offsets]])

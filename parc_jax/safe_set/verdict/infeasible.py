@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.common.arrays import once
+from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.spelling import counted, exact, rounded_down
 from parc_jax.learning.bound.error_set import at
@@ -76,8 +77,11 @@ def no_end_fits(scene: Scene) -> str | None:
     short = _shortfall(half, hi - lo)
     if (short > 0).any(axis=1).all() and templates is not None:
         # these supports are bounds from above: what is said of the tube is looked at itself
+        final = templates.final
         for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
-            half[bin, axis] = templates.final.half_extent(bin, axis)
+            u, c, s = final.directions[bin], final.centre[bin], final.half[bin]
+            around = bounding_box(HPolytope(np.r_[u, -u], np.r_[s + c, s - c]))
+            half[bin, axis] = around.radius[axis]
         short = _shortfall(half, hi - lo)
     if not (short > 0).any(axis=1).all():
         return None

@@ -225,8 +225,9 @@ def volume_of_all(scene: Scene) -> float:
     sides, k = scene.z_hi - scene.z_lo, float(np.prod(scene.k_hi - scene.k_lo))
     if asked.uncertainty is not None and asked.query is not None:
         lo, hi = goal_box(asked.query.problem.goal, asked.query.model.layout)
-        part = k / float(model.domain.volume)
-        sides, k = (hi - lo)[: model.n_p], part * asked.uncertainty.volume_of_k(model.domain)
+        sides, known = (hi - lo)[: model.n_p], asked.uncertainty
+        if len(set(known.parameters)) == 1:  # all of k is chosen
+            k *= known.k_volume / float(model.domain.volume)
     return k if scene.at is not None else k * float(np.prod(sides))
 
 
