@@ -67,8 +67,8 @@ class Driving(Options):
     uncertainty_heading: float = 0.0
     """Radians by which a heading may be wrong, for the same reasons."""
     drift: float = 0.0
-    """Metres by which a pose may be off against the one at which the manoeuvre under way began,
-    beside uncertainty_start of both: the drift of odometry meanwhile. A pose that is farther
+    """Metres by which a pose may be off against any other since the begin of the manoeuvre under
+    way, beside uncertainty_start of both: the drift of odometry meanwhile. A pose that is farther
     outside of the manoeuvre's tube begins nothing. With a `sensor` alone: what was seen shrinks by
     it, a map does not."""
     drift_heading: float = 0.0
@@ -145,8 +145,9 @@ class Driving(Options):
                 f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "
                 f"axis and ±{self.uncertainty_heading!r} rad of the truth, whatever covariance "
                 "the messages tell, from the stamp to where the manoeuvre begins, by one clock; "
-                f"the frame drifts {self.drift!r} m and turns by "
-                f"{self.drift_heading!r} rad at most from one manoeuvre to the next"
+                f"the frame drifts {self.drift!r} m, where the robot is, and turns by "
+                f"{self.drift_heading!r} rad at most between any two moments from the begin of a "
+                "manoeuvre to that of the next"
             ),
             "what stands": standing,
             "who moves": moving if size else "nobody",

@@ -210,7 +210,7 @@ class Memory:
         self._forget(begin)
         seen = seen_in(scan, eye, uncertainty=uncertainty, **limits)
         if self.begun is not None and begin < self.begun and (d.drift or d.drift_heading):
-            seen = seen.drifted(self.pose[:2], d.drift, d.drift_heading)
+            seen = seen.drifted(self._began_at, d.drift, d.drift_heading)  # until then
         self.seen = self.seen.add(seen)
         self.added, self.said = begin, self.said + self.seen.said
         self.seen = self.seen.within(self.pose, 2 * d.reach)
