@@ -7,27 +7,10 @@ import numpy as np
 import pytest
 import toy_query
 from matplotlib.image import imread
+from robot_text import ROBOT
 from toy_models import model_of, random_network
 
 import parc_jax as pj
-
-ROBOT = """
-import jax.numpy as jnp
-import parc_jax as pj
-
-
-class Folded:
-    name, n_p, n_q = "{name}", 2, 1
-    domain, time = pj.box([-1.0, -1.0], [1.0, 1.0]), pj.learning.time_grid({dt}, 1.0)
-
-    def rollout(self, key, k):
-        s = jnp.linspace(0.0, 1.0, self.time.n_record + 1)[:, None]
-        return pj.Trajectory(s * jnp.array([k[0], jnp.abs(k[1])])[None], k[:1])
-
-
-def system():
-    return Folded()
-"""
 
 
 @pytest.fixture

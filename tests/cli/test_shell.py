@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_query
+from robot_text import ROBOT
 
 from parc_jax.app.cli.process import SEARCHING
 from parc_jax.problem.problem_file import load_problem, save_problem
@@ -108,13 +109,23 @@ def refused(outcome, message):
     )
 
 
+@pytest.mark.slow
+def test_a_module_of_another_name_than_its_system_validates_its_model(shell, files, monkeypatch):
+    monkeypatch.syspath_prepend(files)
+    (files / "folded_elsewhere.py").write_text(ROBOT.format(name="toy", dt=0.25))
+    asked = ("solve", "model.npz", "scene.toml", "--no-cache", "--validate", "--risk", 0.3)
+    refused(shell(*asked), "or a module of your own; got 'toy'")
+    code, said, _ = shell(*asked, "--target", 0.3, "--system", "folded_elsewhere")
+    assert code == 0 and "Validated in this scene, by toy" in said
+
+
 def test_bad_files(shell, files):
     whole = (files / "model.npz").read_bytes()
     refused(shell("solve", "none.npz", "scene.toml", "--no-cache"), "none.npz: no such file")
     refused(shell("solve", "model.npz", "none.toml", "--no-cache"), "none.toml: no such file")
     refused(
         shell("solve", "model.npz", "scene.toml", "--system", "asv", "--no-cache"),
-        "expected a model of 'asv'",
+        "the system of this model, 'toy', and 'asv'",
     )
     (files / "model.npz").write_bytes(whole[: len(whole) // 2])
     refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), "truncated or damaged")

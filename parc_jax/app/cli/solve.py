@@ -52,7 +52,8 @@ def solve(
             whose model comes along.
         scene: The scene, a .toml file. Default: that of the model's system.
         out: The answer file, with certificates; it is written in every case but bad input.
-        system: Refuse a model of any other system. Default: take it.
+        system: The model's system, by name or by the module that makes it, which --validate runs;
+            a model of another one is refused. Default: the one that the model names.
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
@@ -76,13 +77,14 @@ def solve(
         under_uncertainty,
         verdict,
     )
-    from parc_jax.app.cli.systems import asked_of
+    from parc_jax.app.cli.systems import asked_of, black_box_with, find
     from parc_jax.app.study.report import validated
     from parc_jax.common.errors import InputError
     from parc_jax.common.keys import key_of
     from parc_jax.learning.labels import degrees_hint
     from parc_jax.method import FirstProved
     from parc_jax.planner import Planner
+    from parc_jax.safe_set.verdict.outline import require_same
 
     if model.suffix == ".toml" and scene is not None and scene.suffix == ".npz":
         got = f"{model} and {scene}. Swap the two."
@@ -90,11 +92,15 @@ def solve(
     if first and (validate or runs or study):
         raise InputError("validate: expected a whole set, which --first does not look for.")
     require_place(out)
-    learned, given = asked_of(model, scene, system)
+    learned, given = asked_of(model, scene)
+    if system not in (None, learned.system):
+        require_same(black_box_with(find(system, needed=("system",)), learned.points), learned)
     problem = under_uncertainty(given, uncertainty)
     planner = Planner(learned)
     place = place_of_option(at)
     planner.prepare(problem, at=place)  # a misfit is refused before the long part
+    tests = validate or runs or study
+    asked = _tests(learned, system or learned.system, runs, **study) if tests else None
     odd = odd_size(problem, planner.model)
     if odd is None and place is not None and len(place) > planner.model.n_p:
         odd = degrees_hint("heading [rad]", place[-1], place[-1]).strip()
@@ -110,7 +116,6 @@ def solve(
         say(COMPILING, shell.quiet)
         cold_s = planner.warm_up(problem, settings, at=place).cover.timings["first_sample_s"]
         say(SEARCHING, shell.quiet)
-    asked = _tests(learned, runs, **study) if validate or runs or study else None
     answer = planner.solve(problem, key_of(shell.seed), settings, at=place, validate=asked)
     answer.save(out)
     beside(out).unlink(missing_ok=True)  # of an earlier answer
@@ -120,7 +125,7 @@ def solve(
     return code_of(answer)
 
 
-def _tests(model, runs: Path | None, risk: float | None = None):
+def _tests(model, system: str, runs: Path | None, risk: float | None = None):
     from parc_jax.app.cli.systems import black_box_with, find
     from parc_jax.drive.local.validation import Validate
     from parc_jax.learning.runs.loaders import load_rollouts
@@ -129,4 +134,4 @@ def _tests(model, runs: Path | None, risk: float | None = None):
         return Validate(load_rollouts(runs, model.time, points=model.points), risk)
     if model.held is not None:
         return Validate(model.held, risk)
-    return Validate(black_box_with(find(model.system, needed=("system",)), model.points), risk)
+    return Validate(black_box_with(find(system, needed=("system",)), model.points), risk)

@@ -111,16 +111,16 @@ def black_box_with(module: ModuleType, points: tuple[str, ...]):
     )
 
 
-def asked_of(path: Path, scene: Path | None, system: str | None = None):
-    """The model of a file, or the one that comes along with the system of that name; with `system`
-    of no other one. And the problem of a scene file, or of the model's system. Raises InputError.
+def asked_of(path: Path, scene: Path | None):
+    """The model of a file, or the one that comes along with the system of that name. And the
+    problem of a scene file, or of the model's system. Raises InputError.
     """
     from parc_jax.learning.model import load
     from parc_jax.problem.problem_file import labelled, load_problem
 
     sims = importlib.import_module("sims")
     along = str(path) in sims.NAMES and not path.is_file()
-    model = load(sims.model_file(str(path)) if along else path, system=system)
+    model = load(sims.model_file(str(path)) if along else path)
     if scene is None:
         return model, scene_of(model)
     return labelled(model, scene), load_problem(scene, model.points)
