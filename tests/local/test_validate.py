@@ -486,6 +486,7 @@ def test_runs_that_mostly_fail_are_said_to_be_unlike_those_of_the_model():
         ({"risk": 0.001, "tests": 600}, "expected at least 2,302"),
         ({"risk": 0}, "risk: expected a probability"),
         ({"scales": (0.5, 1.0)}, "scales: expected falling positive numbers"),
+        ({"scales": (np.inf, 1.0)}, "scales: expected falling positive numbers"),
         ({"scales": ()}, "scales: expected falling"),
         ({"way": 0}, "way: expected a positive number"),
         ({"way": float("nan")}, "way: expected a positive number"),

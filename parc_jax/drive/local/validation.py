@@ -92,7 +92,8 @@ class Validate:
             )
         usual = SCALES if runs is None else SCALES_OF_SHAPE
         scales = np.asarray(usual if self.scales is None else self.scales, float)
-        if scales.ndim != 1 or not len(scales) or not (np.diff(scales, append=0) < 0).all():
+        finite = scales.ndim == 1 and len(scales) and np.isfinite(scales).all()
+        if not finite or not (np.diff(scales, append=0) < 0).all():
             raise InputError(
                 f"scales: expected falling positive numbers, such as (1.0, 0.8, 0.6); got "
                 f"{self.scales!r:.60}."

@@ -277,7 +277,8 @@ class FreeSpace:
         if not found:
             raise InputError(
                 f"near: expected a place with free space {tolerance:g} m and more around it; "
-                f"({middle.x:g}, {middle.y:g}) has none. Add a free_place where the robot stands."
+                f"({middle.x:g}, {middle.y:g}) has none. Add a free_place where the robot "
+                "stands; a pilot does so for its `margin` after a `restart`."
             )
         return min(found, key=lambda one: len(sides_of(one.region)))
 
