@@ -326,7 +326,7 @@ CARRIED = (
     ),
     Fault(
         "runs_begun_twice_are_not_counted",
-        "ChunkStore.begin",
+        "chunks.begin",
         "marker.tell() - 1",
         "0",
         "tests/claim/test_carried.py::test_runs_that_were_begun_twice_are_counted",

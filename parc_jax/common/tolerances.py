@@ -15,8 +15,8 @@ class Tolerances:
     profile_floor: [m or rad] smallest half width of a tube's profile; tubes only grow by it.
     resumed, resumed_single: [1 + |value|] stored runs that are simulated again, in float64 or
         float32, may differ by this; a larger difference refuses them.
-    near_k, near_p: [range of the parameter], [median of the runs' largest |p|, or largest of this
-        q] recorded runs that agree this closely in k, and in p and q, are copies, and refused.
+    near_k, near_p: [range of the parameter], [largest |p| of the run, or largest of this q]
+        recorded runs that agree this closely in k, and in p and q, are copies, and refused.
     outline: [m] obstacles of outlines and maps grow by this, and measured free space shrinks by it:
         more than floats round places of up to 1e5 m by.
     """

@@ -25,8 +25,8 @@ from parc_jax.learning.runs.loaders import load_rollouts
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 LOGS = "file:a", "file:b", "file:c", "file:d"
-OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of the length that"
-OTHERS += " 95 % of runs stay within, each of q as much of its largest"
+OTHERS = "copies other than with k within 1e-06 of its range, p 1e-05 of its length"
+OTHERS += ", each of q as much of its largest"
 pytestmark = pytest.mark.soundness
 
 
@@ -59,7 +59,7 @@ def windows(held, shift):
 
 def test_windows_of_one_recording_are_not_two_runs(held, profile):
     k, p, q = windows(held, 3e-6)
-    with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*100 pairs.*groups="):
+    with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*9\d pairs.*groups="):
         calibrate(NET, recorded(k, p, q, held), profile, eps=0.1)
     with pytest.raises(InputError, match=r"drawn uniformly, as declared; 100 of 200"):
         calibrate(NET, recorded(k, p + 0.1 * p**2, q, held, "uniform"), profile, eps=0.1)
@@ -136,9 +136,9 @@ def test_copies_are_found_beside_the_way_too(train, held, profile):
     mine, other = (recorded(x.k, x.p * thin, x.q, x) for x in (train, held))
     copies = recorded(train.k, np.round(mine.p, 6), train.q, train)
     mixed = [np.concatenate([getattr(x, name) for x in (other, copies)]) for name in "kpq"]
-    with pytest.raises(InputError, match="holdout: 100 of 100 runs are training runs"):
+    with pytest.raises(InputError, match="holdout: at least 97 of 100 runs are training"):
         calibrate(NET, copies, profile, eps=0.1, train=mine)
-    with pytest.raises(InputError, match="holdout: at least 100 of 200 runs are training runs"):
+    with pytest.raises(InputError, match="holdout: at least 97 of 200 runs are training runs"):
         calibrate(NET, recorded(*mixed, train), profile, eps=0.1, train=mine)
     assert calibrate(NET, other, profile, eps=0.1, train=mine).n == 100
 
@@ -170,17 +170,29 @@ def test_copies_are_known_beside_runs_that_stand():
     k = np.where(still[:, None], 0.0, rng.uniform(0.5, 1.0, (n, 2)))
     p = k[:, None] * np.linspace(0.1, 1.0, 8)[:, None] + 1e-4 * rng.normal(size=(n, 8, 2))
     logged = Marks(k, p, np.zeros((n, 0)))
-    assert len(near_copies(logged._replace(p=np.round(p, 6)), logged, np.ones(2))) == n
-    k[:] = rng.uniform(size=(n, 2))
-    for stood in (0, 2, 8):
-        known = Marks(
-            *(np.concatenate([x, np.zeros((stood, 2))]) for x in (k, p[:, -1])),
-            np.zeros((n + stood, 0)),
-        )
-        assert (
-            len(near_copies(Marks(k, np.round(p[:, -1], 7), np.zeros((n, 0))), known, np.ones(2)))
-            == n
-        )
+    found = near_copies(logged._replace(p=np.round(p, 6)), logged, np.ones(2))
+    assert found[:, 0].tolist() == np.flatnonzero(~still).tolist()
+    assert len(near_copies(logged, None, np.ones(2))) == 0
+    k = rng.uniform(0.5, 1.0, size=(n, 2))
+    end = k + 0.01 * rng.normal(size=k.shape)
+    for stood in (0, 2, 8):  # ends alone: of as few runs at a time, too
+        ends = np.concatenate([end, np.zeros((stood, 2))])
+        known = Marks(np.concatenate([k, np.zeros((stood, 2))]), ends, np.zeros((n + stood, 0)))
+        for m in (1, 5, n):
+            copies = Marks(k[:m], np.round(end[:m], 6), np.zeros((m, 0)))
+            assert len(near_copies(copies, known, np.ones(2))) == m
+
+
+def test_a_log_in_two_storages_is_known_in_a_third():
+    """Each run had two ends then, as if runs of one k came out alike."""
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n = np.random.default_rng(0), 60
+    k, none = rng.uniform(0.5, 1.0, size=(n, 2)), np.zeros((n, 0))
+    end = k + 0.01 * rng.normal(size=k.shape)
+    both = [Marks(k, x, none) for x in (end, end.astype(np.float32).astype(float))]
+    known = Marks(*(np.concatenate(x) for x in zip(*both, strict=True)))
+    assert len(near_copies(Marks(k, np.round(end, 7), none), known, np.ones(2))) == n
 
 
 def test_one_run_that_diverged_makes_no_others_alike():

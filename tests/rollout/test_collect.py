@@ -157,8 +157,9 @@ def test_what_is_no_key_or_no_number_of_runs_is_refused(system, tmp_path, key, n
     for first in (-1, 1.5):
         with pytest.raises(InputError, match=r"first_row: expected a whole number >= 0; got"):
             collect(system, KEY, 3, first_row=first, quiet=True)
-    with pytest.raises(InputError, match=r"stage: expected a Stage, as Stage.TRAIN; got 'train'"):
-        collect(system, KEY, 3, "train", quiet=True)
+    for stage in ("train", np.array([1, 2]), 99):
+        with pytest.raises(InputError, match=r"stage: expected a Stage, as Stage.TRAIN; got "):
+            collect(system, KEY, 3, stage, quiet=True)
 
 
 def test_a_system_that_breaks_its_word_about_shapes_is_refused():

@@ -19,7 +19,6 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED
 from parc_jax.learning.runs.independent import (
     LEVEL,
-    LONG,
     REPEATS,
     Marks,
     check_uniform,
@@ -34,8 +33,8 @@ from parc_jax.learning.runs.law import STATED, TO_ALL
 # in evidence, and uses of runs there; a monitor asks for the first two
 SEEN, TRAINING, SHAPE, CALIBRATION = "seen", "training", "profile", "calibration"
 MARKED = 128  # runs of an entry of a ledger, by which copies of all or much of it are recognised
-_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of the length that "
-_NEAR += f"{100 * LONG:g} % of runs stay within, each of q as much of its largest"
+_NEAR = f"k within {TOLERANCES.near_k:g} of its range, p {TOLERANCES.near_p:g} of its length, "
+_NEAR += "each of q as much of its largest"
 _NAME = "Name them (groups of texts: `groups` of an .npz, names in groups.csv), or load all runs "
 _NAME += "together and split: batch.split(share)."
 

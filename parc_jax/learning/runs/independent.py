@@ -17,7 +17,6 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.batch import RolloutBatch
 
 _TIMES = 8  # records of a run that are compared
-LONG = 0.95  # share of runs that have no |p| above the length that their copies are compared by
 _CHANCE = 1e-3  # of more near pairs among independent uniform draws than are tolerated
 
 
@@ -40,7 +39,7 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     but for `TOLERANCES.near_k` and `near_p`. Failed runs are not compared.
 
     width: (n_k,) of K. None when there are no more pairs than chance explains for k drawn uniformly
-    by a system without disturbance; of ends alone, than rounding explains, up to half of a k's.
+    by a system without disturbance; of ends alone, than their rounding does.
     """
     from scipy.spatial import cKDTree
     from scipy.stats import binom
@@ -48,37 +47,51 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
     p, n, n_k = both.p.reshape(len(both.p), -1), len(one.k), len(width)
     finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
-    # one length for all of p, as a file has as many decimals everywhere; not of few that diverged
-    length = np.quantile(np.abs(p[finite]).max(axis=1), LONG) if finite.any() else 0.0
-    size = length, np.abs(both.q[finite]).max(axis=0, initial=0.0)
-    near = TOLERANCES.near_k, TOLERANCES.near_p, TOLERANCES.near_p
-    parts = zip((both.k, p, both.q), (width, *size), near, strict=True)
-    rows = np.hstack([x / (by * np.where(size > 0, size, 1.0)) for x, size, by in parts])
+    k, p, q = both.k[finite], p[finite], both.q[finite]
+    # by the length of each run, so that neither those that stand nor one that diverged hide others
+    length = _or_1(np.abs(p).max(axis=1, initial=0.0))[:, None]
+    known = np.hstack([p / length, np.log(length), q / _or_1(np.abs(q).max(axis=0, initial=0.0))])
+    k = k / (TOLERANCES.near_k * _or_1(width))
+    rows = np.hstack([k, known / TOLERANCES.near_p])
     first, second = np.flatnonzero(finite[:n]), np.flatnonzero(finite[n:])
-    ours, theirs = rows[first], rows[n + second]
+    ours, theirs = rows[: len(first)], rows[len(first) :]
     uniform = float(np.prod(np.full(n_k, 2 * TOLERANCES.near_k)))
     if other is None:
         pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        tries = max(len(ours) * (len(ours) - 1) // 2, 1)
+        pairs, tries = np.sort(first[pairs.reshape(-1, 2)], axis=1), n * (n - 1) // 2
         by_chance = uniform * tries
-        pairs = np.sort(first[pairs.reshape(-1, 2)], axis=1)
     else:
         which = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
         hit = np.flatnonzero(which < len(theirs))
-        pairs = np.stack([first[hit], second[which[hit]]], axis=1)
-        tries = max(len(ours) * len(theirs), 1)
+        pairs, tries = np.stack([first[hit], second[which[hit]]], axis=1), n * len(theirs)
         by_chance = uniform * tries
         if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
-            of = np.unique(np.round(rows[finite][:, :n_k]), axis=0, return_inverse=True)[1].ravel()
-            tries, many = len(ours), np.bincount(of[len(ours) :], minlength=of.max() + 1)
-            alike = cKDTree(theirs).query_ball_point(theirs, 1.0, p=np.inf, return_length=True) - 1
-            equal = np.bincount(of[tries:], weights=alike, minlength=len(many)) / 2  # pairs
-            tried = np.maximum(many * (many - 1) / 2, 1)
-            # as many as those of its k show; half of them where these are too few to tell
-            due = np.maximum(many * (equal + 3 * np.sqrt(equal)), np.minimum(many, tried / 2))
-            by_chance = max(by_chance, np.minimum(due / tried, 1.0)[of[:tries]].sum())
+            tries, by_chance = len(ours), max(by_chance, _by_rounding(k, p, length, len(ours)))
     pairs = pairs[np.lexsort(pairs.T[::-1])]
-    return pairs if len(pairs) > binom.isf(_CHANCE, tries, by_chance / tries) else pairs[:0]
+    return pairs if len(pairs) > binom.isf(_CHANCE, tries, by_chance / max(tries, 1)) else pairs[:0]
+
+
+def _or_1(size: np.ndarray) -> np.ndarray:
+    """Sizes, with 1 for 0."""
+    return np.where(size > 0, size, 1.0)
+
+
+def _by_rounding(k: np.ndarray, p: np.ndarray, length: np.ndarray, n: int) -> float:
+    """Number of the first n ends p (m, n_p) that may be one of the others of the same k (m, n_k),
+    told in TOLERANCES.near_k, since both were rounded: of each k as many as its others show, or up
+    to half of them where these are too few to show it.
+    """
+    of = np.unique(np.round(k), axis=0, return_inverse=True)[1].ravel()
+    many = np.bincount(of[n:], minlength=of.max() + 1)
+    _, at, times = np.unique(
+        np.column_stack([of, p])[n:], axis=0, return_index=True, return_counts=True
+    )
+    equal = np.bincount(of[n:][at], weights=times * (times - 1) / 2, minlength=len(many))  # pairs
+    step = 10.0 ** np.ceil(np.log10(TOLERANCES.near_p * np.median(length[n:])))
+    rounded = np.allclose(p[n:] / step, np.round(p[n:] / step), 0.0, 1e-3)
+    tried = np.maximum(many * (many - 1) / 2, 1)
+    due = np.maximum(many * (equal + 3 * np.sqrt(equal)), rounded * np.minimum(many, tried / 2))
+    return float(np.minimum(due / tried, 1.0)[of[:n]].sum())
 
 
 # probability, about, of refusing uniform k: by all tests of their distribution, and for repeated k
