@@ -68,15 +68,14 @@ class Exact:
             return self._drawn(scene, key, rng, settings, limit, within), None
         soon = settings.samples_only and scene.at is None  # where hardly anything is waited for
         why = None if soon else why_none(scene)
-        decided = why is not None and why.sure
-        if decided:
+        if why is not None and why.sure:
             found = _nothing(scene, settings)
         else:
             found = self._drawn(scene, key, rng, settings, limit)
         if len(found.points.k) and not found.hopeless:
             return found, None
-        no_plan = None
-        hopeless = decided or why_none(scene) is not None
+        why, no_plan = why_none(scene) if soon else why, None
+        hopeless, decided = why is not None, why is not None and why.sure
         within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
@@ -91,8 +90,8 @@ class Exact:
                 no_plan = None  # nothing remains undecided: its reason is told instead
             elif not (hopeless or no_plan.kind == PROVED or limit.over()):
                 within = where_safe(scene, rng, work.population, limit)
-        if limit.cut:  # by the local search or the proof; draws report their own end
-            found = found._replace(ended=Ended.SECONDS)
+        if decided or limit.cut:  # cut by the local search or the proof: draws report their own end
+            found = found._replace(ended=None if decided else Ended.SECONDS)
         if within is None:
             return found, no_plan
         spent = time.perf_counter() - begin

@@ -275,6 +275,10 @@ def test_headings_are_tried_with_the_starts():
     assert trial.seen is None and trial.turned < 1e-9
     with pytest.raises(InputError, match="runs that turn with their heading"):
         bound_error(straight_network(4), Arc(0.1), KEY, eps=0.1, delta=0.1, gap=1e-3, quiet=True)
+    other, of_start = Arc(0.0), Arc(0.0)
+    other.rollout, other.rollout_headed = of_start.rollout, lambda key, k: of_start.rollout(key, k)
+    with pytest.raises(InputError, match=r"rollout_headed\(.*\) to run; it fails: TypeError"):
+        try_starts(other, KEY, 1e-9)
 
 
 class Elsewhere(Hill):

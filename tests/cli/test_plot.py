@@ -37,7 +37,7 @@ def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
     first = imread(tmp_path / "film" / "0000.png")
     assert first.shape[:2] == (500, 720)
     code, _, complained = shell("plot", "answer.json", "--system", "none", "--video", "f.gif")
-    assert code == 2 and "a module of your own; got 'none'" in complained
+    assert code == 2 and "without .py; got 'none'" in complained
     assert not (tmp_path / "f.gif").exists()
 
 

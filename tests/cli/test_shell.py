@@ -114,7 +114,7 @@ def test_a_module_of_another_name_than_its_system_validates_its_model(shell, fil
     monkeypatch.syspath_prepend(files)
     (files / "folded_elsewhere.py").write_text(ROBOT.format(name="toy", dt=0.25))
     asked = ("solve", "model.npz", "scene.toml", "--no-cache", "--validate", "--risk", 0.3)
-    refused(shell(*asked), "or a module of your own; got 'toy'")
+    refused(shell(*asked), "without .py; got 'toy'")
     code, said, _ = shell(*asked, "--target", 0.3, "--system", "folded_elsewhere")
     assert code == 0 and "Validated in this scene, by toy" in said
 
@@ -189,6 +189,7 @@ MODULES = {
         "expected something with name, domain, time, n_p, n_q; got int",
     ),
     "nothing": ("", "expected a function `system()`"),
+    "argument": ("def system(x):\n    return x\n", "it fails: TypeError: system() missing 1"),
 }
 
 
@@ -197,6 +198,9 @@ def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
     text, message = MODULES[name]
     (tmp_path / f"robot_{name}.py").write_text(text)
     refused(shell("learn", f"robot_{name}", "--out", "m.npz", "--no-cache"), message)
+    for path in ("robot.py", f"./robot_{name}"):
+        got = f"as folder.file without .py; got '{path}'"
+        refused(shell("learn", path, "--out", "m.npz", "--no-cache"), got)
 
 
 def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):

@@ -62,6 +62,12 @@ def test_a_bug_in_a_rollout_is_named_with_file_and_line(rollout, text, kind):
     assert "\n" not in message and caught.value.__cause__ is not None  # the traceback is kept
 
 
+@pytest.mark.parametrize("rollout", [lambda key: key, lambda key, k, heading: k])
+def test_a_rollout_of_other_arguments_is_said(rollout):
+    with pytest.raises(InputError, match=r"expected rollout\(key, k\) to run; it fails: TypeError"):
+        pj.learning.collect(Robot(rollout), KEY, 4, quiet=True)
+
+
 def test_what_is_no_trajectory_is_said():
     with pytest.raises(InputError, match=r"return Trajectory\(p, q\); got"):
         pj.learning.collect(Robot(lambda key, k: jnp.zeros((5, 2))), KEY, 4, quiet=True)

@@ -109,11 +109,12 @@ def test_a_start_in_an_obstacle_is_told_at_once(samples_only):
     assert answer.cover.drawn == 0 and answer.cover.ended is None  # nothing is searched for
 
 
-def test_a_start_set_in_an_obstacle_is_told_once(monkeypatch):
+@pytest.mark.parametrize("settings", [Settings(), Settings.fast()])
+def test_a_start_set_in_an_obstacle_is_told_once(settings, monkeypatch):
     """Not beside "more work may reach it" and "proves nothing", where few boxes prove nothing."""
     monkeypatch.setattr("parc_jax.method.SURE_LEAVES", 1)
     problem = reach_avoid(GOAL, [WALL], 0.3, box([5.1, 0.4], [5.2, 0.5]))
-    answer = Planner(line_model()).solve(problem, jax.random.PRNGKey(0))
+    answer = Planner(line_model()).solve(problem, jax.random.PRNGKey(0), settings)
     said = answer.summary().split("\n")
     assert said[1].startswith("No plan is safe: wherever in the start set a plan starts, the body")
     assert sum("No plan is safe" in line for line in said) == 1

@@ -52,8 +52,8 @@ def solve(
             whose model comes along.
         scene: The scene, a .toml file. Default: that of the model's system.
         out: The answer file, with certificates; it is written in every case but bad input.
-        system: The model's system, by name or by the module that makes it, which --validate runs;
-            a model of another one is refused. Default: the one that the model names.
+        system: The model's system, by name or by the module that makes it, which --validate runs
+            if the model keeps no runs; a model of another is refused. Default: the one it names.
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.

@@ -64,10 +64,11 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=Fals
     try:
         module = importlib.import_module(target)
     except Exception as error:  # any error of the user's module
-        if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
+        names = (target, target.split(".")[0])  # the last one is empty of a path, as ./robot
+        if not names[1] or (isinstance(error, ModuleNotFoundError) and error.name in names):
             raise InputError(
-                f"system: expected one of {', '.join(installed())}, or a module of your own; got "
-                f"{name!r} ({error})."
+                f"system: expected one of {', '.join(installed())}, or a module of your own, as "
+                f"folder.file without .py; got {name!r} ({error})."
             ) from None
         place = f" in {where}" if (where := own_place(error)) else ""
         raise InputError(

@@ -17,6 +17,7 @@ _LIBRARIES = {sysconfig.get_path(x) for x in ("stdlib", "platstdlib", "purelib",
 _LIBRARIES.add(str(Path(__file__).parents[2]))  # this package
 _LONGEST = 300  # characters of a foreign message
 _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks
+_MISCALLED = re.compile(r"\S+\(\) (takes|missing|got) ")  # a call that does not fit
 
 
 @lru_cache(maxsize=4096)
@@ -48,14 +49,15 @@ def said(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def blamed(expected: str) -> Iterator[None]:
-    """Turns an error in the user's code into an InputError with file and line; errors of this
-    package pass. expected: the beginning of the message.
+    """Turns an error in the user's code into an InputError with file and line, or without where the
+    call does not fit; errors of this package pass. expected: the beginning of the message.
     """
     try:
         yield
     except ParcError:
         raise
     except Exception as error:
-        if (place := own_place(error)) is None:
+        place = f" in {where}" if (where := own_place(error)) else ""
+        if not (place or (isinstance(error, TypeError) and _MISCALLED.match(str(error)))):
             raise
-        raise InputError(f"{expected}; it fails in {place}: {said(error)}.") from error
+        raise InputError(f"{expected}; it fails{place}: {said(error)}.") from error
