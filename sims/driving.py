@@ -145,9 +145,9 @@ class Driving(Options):
                 f"in the frame {self.frame!r}, within ±{self.uncertainty_start!r} m along each "
                 f"axis and ±{self.uncertainty_heading!r} rad of the truth, whatever covariance "
                 "the messages tell, from the stamp to where the manoeuvre begins, by one clock; "
-                f"the frame drifts {self.drift!r} m, where the robot is, and turns by "
-                f"{self.drift_heading!r} rad at most between any two moments from the begin of a "
-                "manoeuvre to that of the next"
+                "between any two moments from the begin of a manoeuvre to that of the next the "
+                f"frame drifts {self.drift!r} m at most, where the robot is at the later of them, "
+                f"and turns by {self.drift_heading!r} rad at most"
             ),
             "what stands": standing,
             "who moves": moving if size else "nobody",

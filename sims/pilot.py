@@ -198,7 +198,10 @@ class Pilot:
         whose = self.readings.frame_of(start, "start")
         here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
         if not (np.isfinite(here).all() and np.isfinite(there).all() and tolerance > 0):
-            raise InputError("plan: expected finite poses, and a tolerance > 0 m.")
+            raise InputError(
+                f"plan: expected finite poses, tilted by at most {TILT:g} degrees, and a tolerance "
+                f"> 0 m; got {here.tolist()!r:.80}, {there.tolist()!r:.80} and {tolerance!r:.40}."
+            )
         under_way = self.loop.under_way
         if under_way is not None and under_way.seen_outside:
             raise InputError(

@@ -358,6 +358,9 @@ def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Window
     path[upright, 2] = np.unwrap(path[upright, 2])  # without jumps of the heading by a turn
     path[~upright] = np.nan
     pose = _interpolated(where.times, path, at, bridge)
+    # wherever in a run the robot was tilted, also between two records of it
+    tilted, until = where.times[~upright], np.minimum(at[:, -1], following)
+    pose[np.searchsorted(tilted, begin) < np.searchsorted(tilted, until, "right")] = np.nan
     given = _interpolated(where.times, where.more, begin, bridge)
     ends = np.minimum(following, where.times[-1])
     gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)
@@ -375,13 +378,11 @@ def _interpolated(
     times: np.ndarray, values: np.ndarray, at: np.ndarray, bridge: float
 ) -> np.ndarray:
     """(..., j) of values (m, j) at times (...) [ns]; NaN outside, and across gaps > bridge [s]."""
-    right = np.clip(np.searchsorted(times, at), 1, max(len(times) - 1, 1))
-    if len(times) < 2:
-        return np.full((*at.shape, values.shape[1]), np.nan)
-    wide = times[right] - times[right - 1]
-    share = ((at - times[right - 1]) / wide)[..., None]
-    found = (1 - share) * values[right - 1] + share * values[right]
-    # at a pose itself nothing is interpolated, however wide the gap beside it
-    exact = (at == times[right]) | (at == times[right - 1])
-    unknown = (at < times[0]) | (at > times[-1]) | ((wide > bridge * 1e9) & ~exact)
+    right = np.minimum(np.searchsorted(times, at), len(times) - 1)
+    # at a pose itself nothing is interpolated, whatever is beside it
+    left = np.maximum(right - (times[right] > at), 0)
+    wide = times[right] - times[left]
+    share = ((at - times[left]) / np.maximum(wide, 1))[..., None]
+    found = (1 - share) * values[left] + share * values[right]
+    unknown = (at < times[0]) | (at > times[-1]) | (wide > bridge * 1e9)
     return np.where(unknown[..., None], np.nan, found)

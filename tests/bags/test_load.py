@@ -200,6 +200,19 @@ def test_a_run_that_tips_over_has_failed_and_one_on_a_ramp_has_not(tmp_path):
         assert runs.failed.tolist() == (failed or [False, True, False])
 
 
+def test_a_tilt_fails_the_run_that_it_is_in_wherever_the_records_lie(tmp_path):
+    """On its back but beside the records it was a good run; and a tilt before a run failed it."""
+    times, grid = drive(COMMANDS)[0], pj.learning.time_grid(0.25, 0.75, 0.25)
+    t = np.round(times - times[0], 2)  # a pose in 0.02 s; the second run is from 1.5 to 2.25 s
+    upright = (abs((t + 0.125) % 0.25 - 0.125) < 0.025) | (t < 1.5) | (t > 2.25)
+    cases = [(~upright, True), (t == 1.48, False), (t == 1.5, True), (t == 1.6, True)]
+    cases += [((t > 1.27) & (t < 1.49), False), (t == 2.24, True), (t == 2.3, False)]
+    for i, (lies, failed) in enumerate(cases):
+        path = bag(tmp_path, name=f"tilted {i}", rolls=np.where(lies, np.pi / 2, 0.0))
+        runs = pj.exchange.load_bags(path, grid, **ASKED)
+        assert runs.failed.tolist() == [False, failed, False], i
+
+
 def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     commands = np.array([[0.5, 0.3], [1.0, -0.4]])
     long = pj.learning.time_grid(0.25, 1.25, 0.05)

@@ -224,7 +224,8 @@ def test_a_folder_in_which_an_episode_failed_goes_on(tmp_path):
     assert 0 < first.failed < 10
     both = asked(drive, 20, **looks)
     assert both.driven[:10] == first.driven
-    assert both.details() == asked(drive, 20, looks=(10, 20)).details()
+    at_once = asked(drive, 20, looks=(10, 20), folder=tmp_path / "at once")
+    assert both.details() == at_once.details()
 
 
 def test_a_folder_of_another_version_is_refused(tmp_path, monkeypatch):
@@ -581,7 +582,7 @@ def test_how_manoeuvres_began_is_of_what_another_drive_may_tell_otherwise(of, se
     assert done.again.startswith(same if seeded else other)
     assert asked(drive, 3, **options).driven[:2] == done.driven
     about = json.loads((tmp_path / ABOUT).read_text())
-    (tmp_path / ABOUT).write_text(json.dumps(about | {"format": "parc_jax.episodes/7"}))
+    (tmp_path / ABOUT).write_text(json.dumps(about | {"format": "parc_jax.episodes/8"}))
     with pytest.raises(InputError, match="holds other work; expected the same format"):
         asked(drive, 3, **options)
 
@@ -672,14 +673,36 @@ def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
         file.write('{"number": 12, "touched": false, "le')  # killed while it wrote
     done = asked(drive, 30, folder=tmp_path)
     assert [one["number"] for one in lines(tmp_path)] == list(range(30))
-    alone = asked(Toy(left=0.8), 30)
-    assert "episodes went: 0 had begun by then, and were driven again." in alone.details()
+    alone, kept = asked(Toy(left=0.8), 30), asked(Toy(left=0.8), 30, folder=tmp_path / "kept")
+    assert alone.details().endswith("had nothing to do with how episodes went.")  # not measured
+    assert "episodes went: 0 had begun by then, and were driven again." in kept.details()
     assert done.driven[12].before == 1  # whoever chose the moment may have seen it fail
     assert "episodes went: 1 had begun by then, and were driven again." in done.details()
-    assert [one._replace(before=0) for one in done.driven] == [*alone.driven]
-    assert {path.name for path in tmp_path.iterdir()} == {LINES, ABOUT, "stopped"}
+    assert [one._replace(before=0) for one in done.driven] == [*kept.driven]
+    assert [one._replace(before=None) for one in done.driven] == [*alone.driven]
+    assert {path.name for path in tmp_path.iterdir()} == {LINES, ABOUT, "stopped", "kept"}
     os.truncate(tmp_path / LINES, 0)
-    assert asked(drive, 30, folder=tmp_path).driven == alone.driven
+    assert asked(drive, 30, folder=tmp_path).driven == kept.driven
+
+
+@dataclass(frozen=True)
+class Clearing:
+    """Clears away what it does not know in the folder of its episodes."""
+
+    folder: Path
+
+    def __call__(self, world, seed):
+        for path in self.folder.glob("begun_*"):
+            path.unlink()
+        return Toy(left=0.8)(world, seed)
+
+
+def test_a_result_whose_begin_was_cleared_away_is_kept(tmp_path):
+    done = asked(Clearing(tmp_path), 5, folder=tmp_path)
+    assert len(lines(tmp_path)) == 5 and [one.left for one in done.driven] == [
+        one.left for one in asked(Toy(left=0.8), 5).driven
+    ]
+    assert "episodes went: 0 had begun by then" in done.details()
 
 
 def test_a_loop_that_has_driven_since_is_the_same_driver(tmp_path):
@@ -842,7 +865,7 @@ def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tm
     done = asked(drive, 24, workers=2, folder=tmp_path)
     died = [one for one in done.driven if one.failed]
     assert died and all("its worker process died" in one.failed for one in died)
-    alone = asked(Toy(left=0.8), 24).driven
+    alone = asked(Toy(left=0.8), 24, folder=tmp_path / "alone").driven
     assert all(one == alone[one.number] for one in done.driven if not one.failed)
     assert {one.number for one in died} == {o.number for o in alone if o.told["world"] > 0.9}
     assert sorted(one["number"] for one in lines(tmp_path)) == list(range(24))

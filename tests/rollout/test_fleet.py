@@ -38,6 +38,7 @@ from parc_jax.common.errors import InputError
 from parc_jax.learning.bound.start_gap import translation_gap
 from parc_jax.learning.runs.collect import stream_rollouts
 from parc_jax.learning.runs.joined import concatenate
+from parc_jax.learning.systems.fleet import Processes
 
 DOMAIN, TIME = pj.box([0.0], [1.0]), pj.learning.time_grid(0.5, 1.0)
 KEY = jax.random.PRNGKey(3)
@@ -329,6 +330,16 @@ def test_a_process_that_takes_no_call_leaves_its_place(monkeypatch):
     threading.Thread(target=collects, daemon=True).start()
     assert ended.wait(20)
     made.close()
+
+
+def test_a_process_that_died_while_it_was_free_takes_no_call_with_it():
+    """As of a simulator that crashes as it cleans up, after its run."""
+    processes, broken = Processes(1), ProcessPoolExecutor(1)
+    processes._free.queue[:] = [broken]
+    broken._broken = "a process in the pool was terminated abruptly"
+    assert processes.submit(abs, -3).result() == 3
+    assert processes.submit(abs, -4).result() == 4
+    processes.shutdown()
 
 
 @pytest.mark.slow

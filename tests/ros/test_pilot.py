@@ -366,6 +366,9 @@ def test_a_plan_is_proved_from_rest(ready):
     assert answer.status.found and answer.cover.proved
     with pytest.raises(InputError, match="expected a start with a way"):
         ready.plan(sliding.posed(1.1, 0), sliding.posed(0.4, 0.1), 0.1)
+    tilted = sliding.odometry([0, 0], [0, 0], 10, roll=0.6)
+    with pytest.raises(InputError, match=r"plan: expected finite poses, tilted by at most 30 deg"):
+        ready.plan(tilted, sliding.posed(0.4, 0.1), 0.1)
     with pytest.raises(InputError, match="goal: expected one in the frame"):
         ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
 

@@ -21,7 +21,7 @@ from parc_jax.learning.runs.chunks import BEGUN, begin, cores, describe_work
 from parc_jax.learning.runs.collect import seed_of
 from parc_jax.learning.systems.content import whole_digest, with_digest
 
-FORMAT = "parc_jax.episodes/8"
+FORMAT = "parc_jax.episodes/9"
 HOPELESS = 4  # episodes, all failed, after which driving ends
 EACH = 100  # of so many episodes one is driven again
 OTHER = 2**64  # a number that no episode has: of the first world another drive
@@ -220,6 +220,7 @@ class Ledger:
     def __init__(self, folder: str | Path | None, meta: dict):
         self.folder, self.meta = None if folder is None else Path(folder), meta
         self.done: dict[int, Driven] = {}
+        self._before: dict[int, int] = {}  # earlier begins of those that were begun here
 
     def __enter__(self) -> "Ledger":
         if self.folder is None:
@@ -241,19 +242,18 @@ class Ledger:
     def mark(self, task: Task) -> Task:
         """This task, begun as the folder tells from now on; not what is driven again."""
         if self.folder is not None and task.number >= 0:
-            begin(self.folder, task.number)
+            self._before[task.number] = begin(self.folder, task.number)
         return task
 
     def add(self, one: Driven) -> None:
         """Append an episode; it is on disk when this returns."""
         if self.folder is not None:
-            marker = self.folder / BEGUN.format(one.number)
-            one = one._replace(before=marker.stat().st_size - 1)
+            one = one._replace(before=self._before[one.number])
             told = json.loads(json.dumps(one._asdict()))  # as it is read, of which the hash is
             told["hash"] = whole_digest([self.meta, told])
             os.write(self._file, (json.dumps(told) + "\n").encode())
             os.fsync(self._file)
-            marker.unlink()
+            (self.folder / BEGUN.format(one.number)).unlink(missing_ok=True)
         self.done[one.number] = one
 
     def _open(self) -> None:

@@ -21,6 +21,7 @@ def about_episodes(episodes) -> str:
     events += [f"in {n:,} {words}" for words, n in found.items() if isinstance(words, str)]
     events.append(f"in {episodes.touched:,} something was touched")
     events.append(f"in {episodes.failed:,} there was no outcome")
+    begun = [one.before for one in episodes.driven if one.before is not None]
     sentences = [
         about_loops(episodes.driven),
         f"(E) Of {counted(episodes.n, 'fresh episode')} {episodes.bad:,} were bad: "
@@ -31,8 +32,8 @@ def about_episodes(episodes) -> str:
         f"use come from this law ({episodes.law}); the driver ({episodes.drive}) and all else that "
         f"decides were settled before the first episode and stay so (episodes: {episodes.again}); "
         f"no episodes were driven for it but those of its {counted(look.planned, 'look')}, under "
-        "any key; what stopped the work, if anything, had nothing to do with how episodes went: "
-        f"{sum(one.before for one in episodes.driven):,} had begun by then, and were driven again.",
+        "any key; what stopped the work, if anything, had nothing to do with how episodes went"
+        f"{f': {sum(begun):,} had begun by then, and were driven again' if begun else ''}.",
     ]
     if contradictions:
         sentences.append(

@@ -44,7 +44,7 @@ class Driven(NamedTuple):
     for which what moves was told of; None where until the end of each, 0 where that is unknown.
     told_then: whether what moves was told of at the first contact. rests_on, told_in: as of
     `most_and_often`. manoeuvres: each by content. drifted: [m] all that loops were told of. before:
-    its earlier begins, of which none came to an end.
+    its earlier begins, of which none came to an end; None without a folder.
     """
 
     number: int
@@ -59,7 +59,7 @@ class Driven(NamedTuple):
     told_in: Mapping[str, int] = {}
     manoeuvres: Sequence[str] = []
     drifted: float = 0.0
-    before: int = 0
+    before: int | None = None
 
     @property
     def bad(self) -> bool:

@@ -56,8 +56,10 @@ class Processes(Executor):
         process = self._free.get() or ProcessPoolExecutor(1, fresh, signal.signal, ignoring)
         try:
             inner = process.submit(function, *arguments)
-        except BaseException:  # as Python ends
+        except BaseException as error:  # as Python ends
             self._free.put(None)
+            if isinstance(error, BrokenExecutor):  # it died while it was free: nothing has begun
+                return self.submit(function, *arguments)
             raise
         self._at_work.add(process)
         outer: Future = Future()
