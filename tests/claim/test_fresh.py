@@ -59,7 +59,7 @@ def windows(held, shift):
 
 def test_windows_of_one_recording_are_not_two_runs(held, profile):
     k, p, q = windows(held, 3e-6)
-    with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*9\d pairs.*groups="):
+    with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*100 pairs.*groups="):
         calibrate(NET, recorded(k, p, q, held), profile, eps=0.1)
     with pytest.raises(InputError, match=r"drawn uniformly, as declared; 100 of 200"):
         calibrate(NET, recorded(k, p + 0.1 * p**2, q, held, "uniform"), profile, eps=0.1)
@@ -181,6 +181,31 @@ def test_copies_are_known_beside_runs_that_stand():
         for m in (1, 5, n):
             copies = Marks(k[:m], np.round(end[:m], 6), np.zeros((m, 0)))
             assert len(near_copies(copies, known, np.ones(2))) == m
+
+
+def test_copies_are_known_as_far_as_is_said():
+    """Where p and the length are both off, their quotient is by twice as much."""
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n = np.random.default_rng(0), 100
+    k, none = rng.uniform(size=(n, 2)), np.zeros((n, 0))
+    p = np.sort(rng.uniform(0.1, 1.0, size=(n, 8, 2)), axis=1)
+    off = 0.99e-5 * p.max(axis=(1, 2))[:, None, None] * np.array([1.0, -1.0])
+    assert len(near_copies(Marks(k, p + off, none), Marks(k, p, none), np.ones(2))) == n
+    assert len(near_copies(Marks(k, p + 3 * off, none), Marks(k, p, none), np.ones(2))) == 0
+
+
+def test_ends_that_are_alike_by_feedback_are_of_no_copies():
+    """Ten goals, each reached to a micrometre, by ways of their own."""
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n = np.random.default_rng(0), 120
+    k, none = rng.uniform(0.5, 1.0, size=(10, 2))[np.arange(2 * n) % 10], np.zeros((n, 0))
+    end = k + 1e-6 * rng.normal(size=k.shape)
+    one, other = (Marks(k[i], end[i], none) for i in (slice(n), slice(n, 2 * n)))
+    for m in (1, 5, n):
+        some = Marks(*(x[:m] for x in other))
+        assert len(near_copies(some, one, np.ones(2))) == 0
 
 
 def test_a_log_in_two_storages_is_known_in_a_third():

@@ -105,7 +105,7 @@ class _Work:
         check_count("n", self.n, 1, "collect(system, key, n=1000)")
         check_count("first_row", self.first_row, 0, "collect(system, key, n, first_row=1000)")
         subject_of(system)
-        if not isinstance(self.stage, int) or self.stage not in list(Stage):
+        if not isinstance(self.stage, int | np.integer) or self.stage not in list(Stage):
             raise InputError(f"stage: expected a Stage, as Stage.TRAIN; got {self.stage!r:.60}.")
         if self.dtype not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise InputError(f"dtype: expected float64 or float32; got {self.dtype!r:.60}.")

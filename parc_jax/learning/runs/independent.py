@@ -17,6 +17,7 @@ from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.batch import RolloutBatch
 
 _TIMES = 8  # records of a run that are compared
+LEAST_LENGTH = 1e-300  # [m], of a run that stands still
 _CHANCE = 1e-3  # of more near pairs among independent uniform draws than are tolerated
 
 
@@ -49,44 +50,43 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
     k, p, q = both.k[finite], p[finite], both.q[finite]
     # by the length of each run, so that neither those that stand nor one that diverged hide others
-    length = _or_1(np.abs(p).max(axis=1, initial=0.0))[:, None]
-    known = np.hstack([p / length, np.log(length), q / _or_1(np.abs(q).max(axis=0, initial=0.0))])
-    k = k / (TOLERANCES.near_k * _or_1(width))
-    rows = np.hstack([k, known / TOLERANCES.near_p])
+    length = np.abs(p).max(axis=1, initial=LEAST_LENGTH)[:, None]
+    # half of each: where a p and the length are both off, their quotient is by twice as much
+    parts = p / length / 2, np.log(length) / 2, q / np.abs(q).max(axis=0, initial=LEAST_LENGTH)
+    k = k / (TOLERANCES.near_k * np.where(width > 0, width, 1.0))
+    rows = np.hstack([k, *(part / TOLERANCES.near_p for part in parts)])
     first, second = np.flatnonzero(finite[:n]), np.flatnonzero(finite[n:])
     ours, theirs = rows[: len(first)], rows[len(first) :]
-    uniform = float(np.prod(np.full(n_k, 2 * TOLERANCES.near_k)))
     if other is None:
         pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
         pairs, tries = np.sort(first[pairs.reshape(-1, 2)], axis=1), n * (n - 1) // 2
-        by_chance = uniform * tries
     else:
-        which = cKDTree(theirs).query(ours, p=np.inf, distance_upper_bound=1.0)[1]
+        tree = cKDTree(theirs)
+        which = tree.query(ours, p=np.inf, distance_upper_bound=1.0)[1]
         hit = np.flatnonzero(which < len(theirs))
         pairs, tries = np.stack([first[hit], second[which[hit]]], axis=1), n * len(theirs)
-        by_chance = uniform * tries
-        if both.p.ndim == 2 and len(hit):  # ends alone: runs of one k may share a rounded one
-            tries, by_chance = len(ours), max(by_chance, _by_rounding(k, p, length, len(ours)))
+    by_chance = tries * (2 * TOLERANCES.near_k) ** n_k
+    if both.p.ndim == 2 and other is not None and len(pairs):  # ends alone
+        alike = tree.query_ball_point(theirs, 1.0, p=np.inf, return_length=True) - 1
+        alike = np.where(alike > 1, alike, 0)  # a run in two storages has one
+        tries, by_chance = len(ours), max(by_chance, _by_rounding(k, p, length, alike))
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     return pairs if len(pairs) > binom.isf(_CHANCE, tries, by_chance / max(tries, 1)) else pairs[:0]
 
 
-def _or_1(size: np.ndarray) -> np.ndarray:
-    """Sizes, with 1 for 0."""
-    return np.where(size > 0, size, 1.0)
-
-
-def _by_rounding(k: np.ndarray, p: np.ndarray, length: np.ndarray, n: int) -> float:
-    """Number of the first n ends p (m, n_p) that may be one of the others of the same k (m, n_k),
-    told in TOLERANCES.near_k, since both were rounded: of each k as many as its others show, or up
-    to half of them where these are too few to show it.
+def _by_rounding(k: np.ndarray, p: np.ndarray, length: np.ndarray, alike: np.ndarray) -> float:
+    """Number of the first ends p (m, n_p) that may be one of the last of the same k (m, n_k), told
+    in TOLERANCES.near_k, as runs of one k end alike: of each k as many as its last ones show, or up
+    to half where these are too few to show it and were rounded. alike: (m - n,) near each of these.
     """
+    n = len(k) - len(alike)
     of = np.unique(np.round(k), axis=0, return_inverse=True)[1].ravel()
     many = np.bincount(of[n:], minlength=of.max() + 1)
     _, at, times = np.unique(
         np.column_stack([of, p])[n:], axis=0, return_index=True, return_counts=True
     )
     equal = np.bincount(of[n:][at], weights=times * (times - 1) / 2, minlength=len(many))  # pairs
+    equal = np.maximum(equal, np.bincount(of[n:], weights=alike / 2, minlength=len(many)))
     step = 10.0 ** np.ceil(np.log10(TOLERANCES.near_p * np.median(length[n:])))
     rounded = np.allclose(p[n:] / step, np.round(p[n:] / step), 0.0, 1e-3)
     tried = np.maximum(many * (many - 1) / 2, 1)
