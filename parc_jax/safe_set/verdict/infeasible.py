@@ -81,7 +81,8 @@ def no_end_fits(scene: Scene) -> str | None:
         for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
             u, c, s = final.directions[bin], final.centre[bin], final.half[bin]
             around = bounding_box(HPolytope(np.r_[u, -u], np.r_[s + c, s - c]))
-            half[bin, axis] = around.radius[axis]
+            # 0 where no bound was proved: nothing is said of that bin then
+            half[bin, axis] = np.nan_to_num(around.radius[axis], posinf=0.0)
         short = _shortfall(half, hi - lo)
     if not (short > 0).any(axis=1).all():
         return None
