@@ -250,8 +250,8 @@ def test_a_system_is_the_one_of_the_claim_in_every_entry(entry):
         "n_q": "sizes",
         "domain": "K",
         "law": "law: gust",
+        "labels": "parameters",
     }
     told = f"premises that agree; {words.get(entry, entry)} is"
-    told = "a label of k for .*, in its unit" if entry == "labels" else told
     with pytest.raises(pj.InputError, match=told):
         require_same(Robot(**(whole | other)), model)

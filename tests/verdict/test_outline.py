@@ -1,5 +1,6 @@
 """What belongs together: a robot and its model, told apart by all that a claim rests on."""
 
+import re
 from dataclasses import dataclass, field, replace
 
 import jax
@@ -13,7 +14,7 @@ from benchmarks.replays import counts_of
 from parc_jax.app.study.replay import replay
 from parc_jax.common.errors import InputError
 from parc_jax.common.sets.box import Box, box
-from parc_jax.learning.runs.law import law_of, subject_of
+from parc_jax.learning.runs.law import SAID, law_of, subject_of
 from parc_jax.learning.system import TimeGrid, time_grid
 from parc_jax.safe_set.verdict.outline import require_fit, require_same
 
@@ -84,22 +85,24 @@ NAMED = {
         ("q", ("speed [m/s]",)),
         ("p", ("across [m]", "along [m]")),
         ("k", ("vx_kmh", "vy [m/s]")),
+        ("k", ("Vy [m/s]", "Vx [m/s]")),
+        ("k", ("a [m/s]", "vy [m/s]")),
     ],
 )
 def test_a_robot_in_other_units_or_of_other_quantities_is_refused(part, words):
     model = toy_driven.model().with_labels(NAMED)
-    for fine in ({}, {"k_labels": ("a [m/s]", "vy [m/s]")}, {"q_labels": NAMED["q"]}):
+    for fine in ({}, {"k_labels": NAMED["k"]}, {"q_labels": NAMED["q"]}):
         require_same(Robot(**fine), model)
     robot = Robot(**{f"{part}_labels": words})
     require_same(robot, toy_driven.model())
-    with pytest.raises(InputError, match=f"expected a label of {part} for .*, in its unit and"):
+    with pytest.raises(InputError, match=f"premises that agree; {SAID[part]} is .*, beside"):
         require_same(robot, model)
 
 
 def test_a_unit_that_one_of_the_two_alone_tells_is_refused_with_whose_is_missing():
     units, none = ("vx [m/s]", "vy [m/s]"), ("vx", "vy")
-    for own, other, whose in ((none, units, "system"), (units, none, "model")):
-        said = rf"labels of the {whose}: .* column 'vx \[m/s\]', in its unit .*; got 'vx'"
+    for own, other in ((none, units), (units, none)):
+        said = re.escape(f"parameters is {', '.join(other)}, beside {', '.join(own)}")
         with pytest.raises(InputError, match=said):
             require_same(Robot(k_labels=own), toy_driven.model().with_labels({"k": other}))
     require_same(Robot(k_labels=none), toy_driven.model().with_labels({"k": none}))
@@ -110,7 +113,7 @@ def test_a_plan_is_not_tested_on_a_robot_in_other_units():
     choice = planner.solve(toy_driven.problem(), key, toy_driven.SETTINGS).choose("room", key)
     other = plant(toy_driven.gusty, 4)
     object.__setattr__(other, "k_labels", ("vx [km/h]", "vy [km/h]"))
-    with pytest.raises(InputError, match=r"the system: .* column 'vx \[m/s\]', .* 'vx \[km/h\]'"):
+    with pytest.raises(InputError, match=r"parameters is vx \[m/s\], .* beside vx \[km/h\]"):
         choice.test(other, key)
 
 

@@ -2,6 +2,7 @@
 system, K, time grid, reference points.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from itertools import chain
@@ -316,14 +317,22 @@ class Subject:
         return replace(self, labels=valid_labels(self.n_p, self.n_q, self.domain.n, **words))
 
     def check_renamed(self, where: object, part: str, columns: Sequence[str]) -> None:
-        """Refuse labels in other units than columns, or by another's name. Raises InputError."""
-        names = {name_of(x) for x in columns}
-        for x, y in zip(columns, getattr(self.labels, part), strict=False):
-            if (unit_of(x) and unit_of(y) != unit_of(x)) or name_of(y) in names - {name_of(x)}:
+        """Refuse labels in other units than columns, by another's name or in more words of another
+        than of their own, as "right" for "left wheel" beside "right wheel". Raises InputError.
+        """
+        names = [_words_in(x) for x in columns]
+        for i, y in enumerate(getattr(self.labels, part)[: len(names)]):
+            shared, unit = [len(_words_in(y) & name) for name in names], unit_of(columns[i])
+            if (unit and unit_of(y) != unit) or max(shared) > shared[i]:
                 raise InputError(
-                    f"{where}: expected a label of {part} for the column {x!r}, in its unit and "
-                    f"with no other's name; got {y!r}."
+                    f"{where}: expected a label of {part} for the column {columns[i]!r}, in its "
+                    f"unit and with no other's name; got {y!r}."
                 )
+
+
+def _words_in(label: str) -> set[str]:
+    """The name, as it is written, and its words."""
+    return {name_of(label), *re.findall(r"[^\W_]+", name_of(label).casefold())}
 
 
 def subject(

@@ -3,9 +3,8 @@
 import numpy as np
 
 from parc_jax.common.premises import MEASURED, agree, premises
-from parc_jax.learning.labels import PARTS, plain_parts
 from parc_jax.learning.model import TrajectoryModel
-from parc_jax.learning.runs.law import BOX, SAID, Subject, law_of, subject_of
+from parc_jax.learning.runs.law import BOX, Subject, law_of, subject_of
 from parc_jax.learning.system import System
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import Problem, goal_box, require_dimensions
@@ -47,14 +46,10 @@ def require_same(system: System, model: TrajectoryModel) -> None:
         "K": K.n != whole.n or not whole.contains(np.stack([K.lo, K.hi])).all(),
         "rotation": about.rotation is not None or about.system != "",
     }
-    free = [*SAID.values(), *(name for name, compared in known.items() if not compared)]
+    free = [name for name, compared in known.items() if not compared]
     where = f"system: the system of this model, {about.system or 'unnamed'!r}, and {own.system!r}"
-    hint = "Name the system that the model was learned from, or learn this one."
+    hint = "Name the system that the model was learned from, as it is, or learn this one."
     about.agree(where, own, free, hint)
-    # a model may be given other names, but no other units: of one alone nobody knows
-    for part in sorted({*PARTS} - plain_parts(own.labels) - plain_parts(about.labels)):
-        own.check_renamed("labels of the system", part, getattr(about.labels, part))
-        about.check_renamed("labels of the model", part, getattr(own.labels, part))
     if law.generator == own.system:
         told = law_of(system)
         # a part of K, and where it is simulated, may differ, but no disturbance of that name
