@@ -130,7 +130,7 @@ def test_a_new_label_is_of_the_same_column_in_its_unit(part, words):
         small().with_labels({"k": ("k1", "k0")})
     wheels = small().with_labels({"k": ("left wheel [m/s]", "right wheel [m/s]")})
     for other in ("Right wheel [m/s]", "right [m/s]", "v_right [m/s]"):
-        with pytest.raises(pj.InputError, match="column 'left wheel .*with no other's name"):
+        with pytest.raises(pj.InputError, match=r"column 'left wheel .*with no other's name"):
             wheels.with_labels({"k": (other, "v [m/s]")})
     assert wheels.with_labels({"k": ("v_left [m/s]", "wheel 2 [m/s]")}).n_k == 2
     assert named.with_labels({"k": ("v [m/s]", "steer [rad]")}).labels.k[0] == "v [m/s]"

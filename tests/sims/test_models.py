@@ -83,7 +83,7 @@ def test_a_first_plan_from_nothing_but_the_package_is_proved(name, tmp_path):
     assert len(pj.load_answer(out).samples) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_learned_anew_it_is_of_the_same_runs_and_much_as_wide(tmp_path):
     """The same runs; of the network, trained in single precision, what another processor makes of
     them.

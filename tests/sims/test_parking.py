@@ -556,7 +556,8 @@ def test_files_of_an_older_drive_are_gone_where_nothing_is_found(tmp_path, monke
 
 
 @pytest.mark.slow
-def test_the_shell_parks_a_case(tmp_path, capsys):
+def test_the_shell_parks_a_case(tmp_path, capsys, monkeypatch):
+    shortly(monkeypatch)
     with pytest.raises(SystemExit) as ended:
         cli.main(["run", "parking", "--case", "8", "--out", str(tmp_path / "eight"), "--json"])
     assert ended.value.code == 0
