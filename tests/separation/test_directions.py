@@ -100,9 +100,7 @@ def test_any_direction_has_a_multiplier_close_to_it_in_any_units(unit):
 
 
 def test_sums_are_rounded_once_whatever_is_summed(rng):
-    """Short values without a fraction in the loop, all others as fractions: always the nearest
-    float of the exact sum.
-    """
+    """Short values and long ones: always the nearest float of the exact sum."""
     for trial in range(300):
         bits = 26 if trial % 3 else 40
         n = int(rng.integers(1, 4))

@@ -117,8 +117,8 @@ def round_up(value: Fraction) -> float:
 def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
     """Row -> multiplier >= 0 near the given ones with c + A'mu = 0 exactly; None for none."""
     multipliers = np.where(np.isfinite(multipliers) & (multipliers > 0), multipliers, 0.0)
-    least = _SUPPORT * multipliers.max()
-    used = [int(i) for i in np.argsort(-multipliers) if multipliers[i] > least]
+    enough = _SUPPORT * multipliers.max()
+    used = [int(i) for i in np.argsort(-multipliers) if multipliers[i] > enough]
     rows = {i: [Fraction(float(a)) for a in A[i]] for i in used}
     mu = {i: Fraction(float(multipliers[i])) for i in used}
     residual = [
@@ -127,12 +127,8 @@ def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
     ]
     # Large multipliers absorb the correction: rows enter by decreasing size until they span it.
     basis = Basis(A.shape[1])
-    correcting = []
-    for i in used:
-        if basis.full:
-            break
-        if basis.add(rows[i], _PIVOT * max(abs(a) for a in rows[i])):
-            correcting.append(i)
+    least = {i: _PIVOT * max(abs(a) for a in rows[i]) for i in used}
+    correcting = [i for i in used if basis.add(rows[i], least[i])]
     if (correction := basis.coordinates(residual)) is None:
         return None
     for i, value in zip(correcting, correction, strict=True):

@@ -63,13 +63,12 @@ class _Compared(NamedTuple):
         starts = [(a, b + room * _size(a)) for a, b in _rows(table.start_A, table.start_b)]
         if not all(any(row == a and b <= most for row, b in starts) for a, most in context.start):
             yield "the rows of the start"
-        reached, goals = [], []
+        reached: dict[int, list] = {}  # rows of the goal in each bin of which a plan is let pass
         for bin_, limits in enumerate(table.goal_b):
             rows = [(a, b + room * _size(a)) for a, b in _rows(table.goal_A, limits)]
-            if all(b >= -size * _size(a) for a, b in rows):  # else no plan of this bin is let pass
-                reached.append(bin_)
-                goals.append(rows)
-        for bin_, rows in zip(reached, goals, strict=True):
+            if all(b >= -size * _size(a) for a, b in rows):
+                reached[bin_] = rows
+        for bin_, rows in reached.items():
             final = context.errors([bin_], max)[1]
             for i, (a, b) in enumerate(context.goal):
                 least = b - final.support(a, i)

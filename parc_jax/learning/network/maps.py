@@ -1,14 +1,13 @@
 """Affine maps of a network on regions of its activation patterns. Float64, rounding as in [T10].
 
-Two forms of the same recursion z = W h + b, h = z where active: one pattern at a time, in a kernel,
-and many patterns at once in chunks, for tables. (In integers: `exact.forms`.)
+The recursion z = W h + b, h = z where active, of many patterns at once, in chunks. (In integers:
+`exact.forms`.)
 """
 
 from collections.abc import Iterator, Sequence
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Bool, Int
+from jaxtyping import Bool, Int
 
 from parc_jax.common.arrays import slices
 from parc_jax.learning.network.relu import ReLUNetwork
@@ -16,28 +15,15 @@ from parc_jax.learning.network.relu import ReLUNetwork
 CHUNK_BYTES = 8 << 20  # working set of one chunk of regions
 
 
-def pattern_map(net: ReLUNetwork, pattern: Bool[ArrayLike, " hidden"]):
+def pattern_map(net: ReLUNetwork, pattern: Bool[np.ndarray, " hidden"]):
     """Region rows A (n_hidden, n), b (n_hidden,) and map C (n_out, n), d (n_out,) of one activation
-    pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it. Kernel.
+    pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it.
     """
-    n = net.n_in
-    C = jnp.eye(n, dtype=float)
-    d = jnp.zeros(n)
-    rows = [jnp.zeros((0, n))]
-    bounds, first = [jnp.zeros(0)], 0
-    for W, bias in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        C = jnp.matmul(W, C)
-        d = jnp.matmul(W, d) + bias
-        on = pattern[first : first + len(bias)]
-        first += len(bias)
-        sign = jnp.where(on, -1.0, 1.0)
-        rows.append(sign[:, None] * C)
-        bounds.append(-sign * d)
-        C = jnp.where(on[:, None], C, 0.0)
-        d = jnp.where(on, d, 0.0)
-    C = jnp.matmul(net.weights[-1], C)
-    d = jnp.matmul(net.weights[-1], d) + net.biases[-1]
-    return jnp.concatenate(rows), jnp.concatenate(bounds), C, d
+    z = [forms[:, 0] for forms, _ in _hidden_maps(net, pattern[None])]
+    rows = np.concatenate([np.zeros((0, net.n_in + 1)), *z])
+    rows = np.where(pattern, -1.0, 1.0)[:, None] * rows
+    C, d = affine_maps(net, pattern[None])
+    return rows[:, :-1], -rows[:, -1], C[0], d[0]
 
 
 def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

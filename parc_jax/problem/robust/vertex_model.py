@@ -301,7 +301,5 @@ def boxes(axes: list[Axis], executions: Executions) -> tuple[np.ndarray, np.ndar
     for axis, low, high in zip(axes, executions.lo, executions.hi, strict=True):
         pairs = [(0.0, 0.0)] if axis.edges is None else itertools.pairwise(axis.edges)
         ends.append([(a + low, b + high) for a, b in pairs])
-    places = np.meshgrid(*(np.arange(len(e)) for e in ends), indexing="ij")
-    picked = [np.array(e)[place.ravel()] for e, place in zip(ends, places, strict=True)]
-    both = np.stack(picked, axis=1)
+    both = np.array(list(itertools.product(*ends)))
     return both[:, :, 0], both[:, :, 1]

@@ -1,5 +1,6 @@
 """Boxes over (z, k) as a binary tree: where a box is split, and how the tree is written."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -29,10 +30,8 @@ class Node:
     @property
     def volume(self) -> Fraction:
         """Exact volume of the box [units of z and k multiplied]."""
-        out = Fraction(1)
-        for a, b in zip(self.lo, self.hi, strict=True):
-            out *= Fraction(b) - Fraction(a)
-        return out
+        sides = zip(self.lo, self.hi, strict=True)
+        return math.prod((Fraction(b) - Fraction(a) for a, b in sides), start=Fraction(1))
 
     def cut(self, axis: int, value: float, n_p: int) -> tuple["Node", "Node"]:
         """Split at a value strictly inside; returns the lower and the upper child."""

@@ -312,10 +312,8 @@ def _zero_faces(
         flat = level.sub.data[at]
         row = np.repeat(row, size)
     zero = two_below[flat] == Sign.ZERO
-    # one number for each pair of a face and a zero face, so that sorting finds the repeated ones
-    pairs = np.sort(row[zero] * np.int64(1 << 40) + flat[zero])
-    if len(pairs):
-        pairs = pairs[np.concatenate([[True], pairs[1:] != pairs[:-1]])]
+    # one number for each pair of a face and a zero face
+    pairs = np.unique(row[zero] * np.int64(1 << 40) + flat[zero])
     return pairs >> 40, pairs & ((1 << 40) - 1)
 
 

@@ -63,8 +63,6 @@ class ExactNetwork:
             else:
                 active = self._active(layer - 1, on)
                 table = np.dot(W[:, active], self.forms(layer - 1, on)[active])
-                if not len(active):
-                    table = np.full((len(b), self.n + 1), 0, dtype=object)
                 table[:, -1] += b << self.shifts[layer - 1]
             self._forms[key] = table
         return self._forms[key]
@@ -78,10 +76,7 @@ class ExactNetwork:
         for l in range(layer + 1):
             W, b = self.layers[l]
             active = np.arange(self.n) if l == 0 else self._active(l - 1, on)
-            z = b * scale
-            if len(active):
-                z = z + np.dot(W[:, active], h[active])
-            h = z
+            h = b * scale + np.dot(W[:, active], h[active])  # of none active, zeros
             scale = q << self.shifts[l]
         return h, scale
 

@@ -8,21 +8,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Bool
+from jaxtyping import ArrayLike
 
-from parc_jax.common.arrays import product, x64
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.keys import generator
 from parc_jax.common.sets.extent import chebyshev_center
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.common.sets.hull import Solid, sample_solid, solid
-from parc_jax.common.shapes import Index, Params
 from parc_jax.common.spelling import rounded_down
-from parc_jax.learning.bound.tube import Tube
 from parc_jax.learning.network.maps import pattern_map
-from parc_jax.learning.network.relu import ReLUNetwork
 from parc_jax.safe_set.corridors.build import greedy
 from parc_jax.safe_set.corridors.corridor import Corridor
 from parc_jax.safe_set.corridors.corridors import Corridors
@@ -30,7 +25,7 @@ from parc_jax.safe_set.corridors.safe_plans import as_plans, members
 from parc_jax.safe_set.corridors.sampling import Place, Points, ends_from, safe_ones
 from parc_jax.safe_set.corridors.search import draw_safe_plans
 from parc_jax.safe_set.corridors.stopping import Coverage, Limit, nothing_covered, stopping_rule
-from parc_jax.safe_set.verdict.scene import Scene, SceneArrays
+from parc_jax.safe_set.verdict.scene import Scene
 
 COUNTED = 6000  # fresh safe plans that measure the coverage
 
@@ -58,11 +53,7 @@ class SafePolytope:
     def halfspaces(self) -> HPolytope:
         """The polytope as float64 rows over (p0, k), each pulled in by the rounding tolerance."""
         model, scene = self.scene.model, self.scene
-        lo, hi = model.tube.bin_box(self.bin)
-        lo, hi = np.maximum(lo, scene.k_lo), np.minimum(hi, scene.k_hi)
-        with x64():
-            parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)
-        A, b, C, d = (np.asarray(x) for x in parts)
+        A, b, C, d = _cell_rows(scene, self.pattern, self.bin)
         rows, bounds = [A], [b]
         # the inequalities w . p^ > threshold (o, T, i), for each point of each obstacle at both
         # ends of every interval; rounding tolerance included
@@ -85,39 +76,29 @@ class SafePolytope:
         return HPolytope(A[real], b[real] - float(scene.slack) * size[real])
 
 
-@jax.jit
-def _cell_rows(
-    net: ReLUNetwork,
-    tube: Tube,
-    scene: SceneArrays,
-    pattern: Bool[ArrayLike, " n_hidden"],
-    bin: Index,
-    lo: Params,
-    hi: Params,
-):
-    """Rows A (h, n_p + n_k), b (h,) of the goal-reaching set of a cell: its bin [lo, hi], region,
-    shrunken goal and start set. Map of its places, C (T + 1, n_c, n_k), d (T + 1, n_c), relative to
-    the start of the first point.
+def _cell_rows(scene: Scene, pattern: np.ndarray, bin: int):
+    """Rows A (h, n_p + n_k), b (h,) of the goal-reaching set of a cell: its bin, region, shrunken
+    goal and start set. Map of its places, C (T + 1, n_c, n_k), d (T + 1, n_c), relative to the
+    start of the first point.
     """
-    n_p, n_k, layout = scene.start_A.shape[1], net.n_in, tube.layout
-    with jax.default_matmul_precision("highest"):
-        region_A, region_b, C, d = pattern_map(net, pattern)
+    tube, layout, n_p, n_k = scene.model.tube, scene.model.layout, scene.model.n_p, scene.model.n_k
+    lo, hi = tube.bin_box(bin)
+    lo, hi = np.maximum(lo, scene.k_lo), np.minimum(hi, scene.k_hi)
+    region_A, region_b, C, d = pattern_map(scene.model.net, pattern)
     q_C, q_d = C[layout.n_offsets :], d[layout.n_offsets :]
-    C = jnp.concatenate([jnp.zeros((n_p, n_k)), C[: layout.n_offsets]])
-    d = jnp.concatenate([jnp.zeros(n_p), d[: layout.n_offsets]])
-    C, d = C.reshape(-1, layout.n_c, n_k), d.reshape(-1, layout.n_c)
-    goal_c, goal_q = jnp.split(jnp.asarray(scene.goal_A), [layout.n_c], axis=1)
+    C = np.concatenate([np.zeros((n_p, n_k)), C[: layout.n_offsets]]).reshape(-1, layout.n_c, n_k)
+    d = np.concatenate([np.zeros(n_p), d[: layout.n_offsets]]).reshape(-1, layout.n_c)
+    goal_c, goal_q = np.split(scene.goal_A, [layout.n_c], axis=1)
     goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with p0
-    goal_k = product(goal_c, C[-1]) + product(goal_q, q_C)
-    at_zero = product(goal_c, d[-1]) + product(goal_q, q_d)
-    goal_b = scene.goal_b - tube.support_at_end(jnp.asarray(scene.goal_A), bin) - at_zero
+    goal_k = goal_c @ C[-1] + goal_q @ q_C
+    at_zero = goal_c @ d[-1] + goal_q @ q_d
+    goal_b = scene.goal_b - tube.support_at_end(scene.goal_A, bin) - at_zero
     # normals over p0 and over k
-    eye, none = jnp.eye(n_k, dtype=float), jnp.zeros
-    of_p = [none((2 * n_k + len(region_b), n_p)), goal_p, scene.start_A]
-    of_k = [eye, -eye, region_A, goal_k, none((len(scene.start_b), n_k))]
-    A = jnp.concatenate([jnp.concatenate(of_p), jnp.concatenate(of_k)], axis=1)
-    b = jnp.concatenate([jnp.asarray(hi), -jnp.asarray(lo), region_b, goal_b, scene.start_b])
-    return A, b, C, d
+    eye = np.eye(n_k)
+    of_p = [np.zeros((2 * n_k + len(region_b), n_p)), goal_p, scene.start_A]
+    of_k = [eye, -eye, region_A, goal_k, np.zeros((len(scene.start_b), n_k))]
+    A = np.concatenate([np.concatenate(of_p), np.concatenate(of_k)], axis=1)
+    return A, np.concatenate([hi, -lo, region_b, goal_b, scene.start_b]), C, d
 
 
 def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:

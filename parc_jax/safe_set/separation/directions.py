@@ -30,9 +30,6 @@ N_POOL = 1500  # directions in space, of which the table takes those that spread
 APART = np.radians(20)  # of the middle of two or three normals in space, to be worth a place
 # [largest volume that three unit normals span at a corner] three that span less are no cone
 FLAT = 1e-9
-SHORT = 27  # bits of a value whose products with 26 bits are exact
-HALVES = 2.0**27 + 1
-FAR = 2.0**200  # numbers up to this, and from its inverse, neither overflow nor vanish in products
 
 
 class Multiplier(NamedTuple):
@@ -125,25 +122,14 @@ def direction_table(
 
 
 def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
-    """The sum of value * x, rounded once. A short binary value has exact products with both halves
-    of x, whose sum `fsum` rounds once; all others are summed as fractions.
-    """
-    plain = all(
-        v.numerator.bit_length() <= SHORT
-        and v.denominator.bit_count() == 1
-        and max(v.numerator, v.denominator) < FAR
-        and (x == 0 or 1 / FAR < abs(x) < FAR)
-        for v, x in zip(values, column, strict=True)
-    )
-    if not plain:
-        return float(sum(v * Fraction(x) for v, x in zip(values, column, strict=True)))
-    products = []
-    for v, x in zip(values, column, strict=True):
-        factor = v.numerator / v.denominator
-        large = x * HALVES
-        large = large - (large - x)  # the first 26 bits of x (Veltkamp)
-        products += [factor * large, factor * (x - large)]
-    return math.fsum(products)
+    """The sum of value * x, rounded once: whole numbers over one denominator, which `/` rounds."""
+    ratios = [x.as_integer_ratio() for x in column]
+    terms = [
+        (v.numerator * above, v.denominator * below)
+        for v, (above, below) in zip(values, ratios, strict=True)
+    ]
+    scale = math.lcm(*(below for _, below in terms))
+    return sum(above * (scale // below) for above, below in terms) / scale
 
 
 @lru_cache(maxsize=256)

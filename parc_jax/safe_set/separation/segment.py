@@ -7,13 +7,13 @@ the direction from the nearest corner to the segment. The candidates only propos
 is that of the support inequality along the chosen one.
 """
 
-from fractions import Fraction
+from itertools import product
 from types import ModuleType
 
 import jax.numpy as jnp
 
 from parc_jax.common.arrays import most
-from parc_jax.common.sets.rational import Point
+from parc_jax.common.sets.rational import Point, convex_polygon
 from parc_jax.common.shapes import Indices, Scalar
 from parc_jax.safe_set.separation.inequality import Array, excess, height
 
@@ -75,35 +75,14 @@ def _unit(w: Array, xp: ModuleType):
     return xp.where(long, 1, 0)[:, None] * w / xp.sqrt(xp.where(long, square, 1))[:, None]
 
 
-def signed_corners(polygon: list[Point]) -> list[tuple]:
-    """[(corner, sign pattern)] of polygon + box(e), counter-clockwise, for every e >= 0 at once;
-    polygon: its corners, exact, counter-clockwise. The pattern depends on the corner alone, so one
-    table serves every interval and every bin.
+def signed_corners(points: list[Point]) -> list[tuple]:
+    """[(corner, sign pattern)] of the hull of exact points + box(e), counter-clockwise, for every
+    e >= 0 at once. The pattern depends on the corner alone, so one table serves every interval and
+    every bin.
 
-    A corner of the sum maximises some w; near an axis of w its sign pattern changes. Walking around
-    the circle in the quadrants of w gives each corner of the polygon once per quadrant that its
-    normal cone meets.
+    Which corners and signs make those of the sum is the same for all boxes, so that of half width 1
+    is added: each corner of a sum is one of one corner and one sign pattern alone.
     """
-    out = []
-    for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1)):  # quadrants of w, counter-clockwise
-        entry, leave = ((sx, 0), (0, sy)) if sx == sy else ((0, sy), (sx, 0))
-        start = _farthest(polygon, entry, leave)
-        end = _farthest(polygon, leave, entry)
-        index = start
-        while True:
-            out.append((polygon[index], (sx, sy)))
-            if index == end:
-                break
-            index = (index + 1) % len(polygon)
-    return out
-
-
-def _farthest(polygon: list[Point], w: tuple[int, int], tie: tuple[int, int]) -> int:
-    """Index of the corner maximising w, ties towards `tie`; both are plus or minus unit vectors."""
-    return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
-
-
-def _along(axis: tuple[int, int], point: Point) -> Fraction:
-    """axis . point of exact numbers, without a product."""
-    value = point[0] if axis[0] else point[1]
-    return value if sum(axis) > 0 else -value
+    signs = list(product((-1, 1), repeat=2))
+    parts = {(x + sx, y + sy): ((x, y), (sx, sy)) for x, y in points for sx, sy in signs}
+    return [parts[corner] for corner in convex_polygon(list(parts))]
