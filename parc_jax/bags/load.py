@@ -180,6 +180,7 @@ def load_bags(
         | ({} if robot is None else {"robot": f"corners from 0: {robot.places[1:].tolist()} m"}),
         left_out,
         missed,
+        places=np.concatenate([part.where.pose[:, :2] for part in parts]),
         time=time,
         groups=groups,
         rotation=(TURNS,),

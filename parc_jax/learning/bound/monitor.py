@@ -22,7 +22,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
 from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import LOG, STATED
+from parc_jax.learning.runs.law import LOG, PLACES, STATED
 
 SAME = "each run, whatever came before, is one of the claim's law"
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
@@ -95,6 +95,7 @@ class Monitor(Sealed):
     def premises(self) -> Premises:
         """Premises of its sentence."""
         claim, law = self.claim, self.declared or f"k {self.claim.law.how_drawn}, as the claim's"
+        law += "".join(f", places {told}" for x, told in claim.law.parameters if x == PLACES)
         if not claim.tube.claimed.all():
             law += ", of those in bins that have a claim"
         short = rounded_down if self.alarm else rounded_up

@@ -153,12 +153,29 @@ def values_of(k: np.ndarray, domain: Box) -> tuple[np.ndarray, np.ndarray]:
     return np.maximum(width / step, 1.0), step > fine
 
 
-def _step(x: np.ndarray, fine: float, width: float) -> float:
+def _step(x: np.ndarray, fine: float, width: float, many: int = MANY) -> float:
     """Largest step of which x (n,) differ by multiples, by Euclid; `fine` where none is seen."""
     gaps, near, step = np.diff(np.unique(x)), max(1e-7 * width, 256 * fine), width
     while (rest := np.abs(gaps - step * np.round(gaps / step))).max(initial=0.0) > near:
         step = rest[rest > near].min()
-    return step if 20 * near <= step <= width / MANY and len(gaps) > CELLS else fine
+    return step if 20 * near <= step <= width / many and len(gaps) > CELLS else fine
+
+
+def step_of(places: np.ndarray) -> float:
+    """[m] Largest step by which a column of places (..., n_c) is seen to change: that of its
+    storage, of its decimals, or of other ticks.
+    """
+    steps, sizes = [0.0], np.outer(10.0 ** np.arange(-6, 4), (1, 2, 2.5, 5)).ravel()
+    for x in places.reshape(-1, places.shape[-1]).T:
+        x = np.unique(x[np.isfinite(x)])
+        with np.errstate(over="ignore"):
+            stored = np.float32 if (x == x.astype(np.float32)).all() else np.float64
+        fine = float(np.spacing(np.abs(x).max(initial=0.0).astype(stored)))
+        off, width = x[1:] - x[:1], np.ptp(x) if len(x) else 0.0
+        of = sizes[(sizes > 4 * fine) & (sizes <= width)]  # none of one place alone
+        steps += [s for s in of if (np.abs(off - s * np.round(off / s)) < 0.01 * s + fine).all()]
+        steps += [fine, _step(x, fine, width, 1) if width else fine]
+    return max(steps)
 
 
 def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:

@@ -50,6 +50,7 @@ SAMPLER = "the sampler "  # begins the law of k of a function: no name of one re
 GIVEN, LISTED = "given ", "values, sha256 "  # begins that of values; in that of a list
 LEFT = " left out"  # ends the number of windows that are no runs
 OF_EACH = f"{OURS}runs", "one drawn from those of each recording with k in K"  # of groups
+PLACES = f"{OURS}places"  # names how the places of a log were told; of two logs they may differ
 APART = " s apart in the median"  # ends how far the clocks of these recordings were
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
@@ -115,7 +116,7 @@ class LawSpec:
     @property
     def cut(self) -> Premises:
         """How its runs were cut out of what was logged; none where nobody says."""
-        told = (x for x in self.parameters if x[0] not in (BOX, FITTED, OF_EACH[0]))
+        told = (x for x in self.parameters if x[0] not in (BOX, FITTED, OF_EACH[0], PLACES))
         how = (x for x in told if x[0].startswith(OURS) and not x[1].endswith((LEFT, APART)))
         return premises((name.removeprefix(OURS), MEASURED, value) for name, value in how)
 

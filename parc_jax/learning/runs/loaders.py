@@ -10,15 +10,17 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind
 from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import rounded_up
 from parc_jax.learning.labels import Labels, axes_in_all, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
-from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.independent import check_uniform, step_of
+from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, PLACES, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import check_parameters, folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
+FINE = 1e-6  # [m] of places: smaller steps are told so
 
 
 def load_rollouts(
@@ -194,23 +196,28 @@ def recorded(
     left_out: Mapping[str, int] | None = None,
     missed: str = "",
     own: Mapping[str, Sequence[str]] | None = None,
+    places: np.ndarray | None = None,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
     were made of what was logged, by name, for their law; left_out: how many were not, by the
     reason; missed: how many K left out, in words. own: labels of its columns, which others keep to.
-    about: as of `rollout_batch`. Raises InputError.
+    places: (..., n_c) as they were logged, where p was made of them. about: as of `rollout_batch`.
+    Raises InputError.
     """
     require_finite_k(k)
     fitted = {FITTED: f"as declared, which {missed} miss"} if missed else {}
     fitted |= {FITTED: TO_ALL} if domain is None else {}
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
+    step = max(step_of(p.reshape(*p.shape[:2], -1) if places is None else places), FINE)
+    most = rounded_up(f"{step:.6g}")  # in six digits 0.1 is no more than that
+    fitted[PLACES] = f"as logged, with errors, to {most} m"
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{printable(Path(owner).resolve().name)}", domain, k_law, fitted)
-    places = p.reshape(*p.shape[:2], len(points), -1)
-    moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
+    at = p.reshape(*p.shape[:2], len(points), -1)
+    moved = (at - at[:, :1, :1]).reshape(*p.shape[:2], -1)
     about["labels"] = {**(own or {})} | words_of(about.get("labels"))
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
     check_parameters(owner, batch.k, batch.subject.labels.k)
