@@ -103,6 +103,24 @@ def test_texts_and_what_some_commands_lack_differ_too(tmp_path, split):
     assert "; effort.0, header.frame_id and name.0 differed too, and k does not tell it" in said
 
 
+@pytest.mark.soundness
+def test_given_is_what_the_last_message_said_before_the_run(tmp_path):
+    """Between two messages stands what no robot has when it chooses: less noise, a part of what
+    came after, and an angle between pi and -pi that is neither. Where it is old there is no run.
+    """
+    times, poses, speeds, sent = drive(COMMANDS)
+    speeds[:, 0] = np.random.default_rng(0).uniform(-3, 3, len(times))
+    last = np.searchsorted(times, sent := sent + [0.013, 0.007, 0.0, 0.0] + 1e-6) - 1
+    asked = ASKED | {"domain": pj.box([-3, 0.2, -1], [3, 2, 1])}
+    asked |= {"given": ("twist.twist.linear.x",), "bridge": 0.1}
+    runs = pj.exchange.load_bags(bag(tmp_path, driven=(times, poses, speeds, sent)), GRID, **asked)
+    assert np.array_equal(runs.k[:, 0], speeds[last[:3], 0]) and not runs.failed.any()
+    heard = (times < sent[1] - 0.2) | (times > sent[1])
+    some = times[heard], poses[heard], speeds[heard], sent
+    runs = pj.exchange.load_bags(bag(tmp_path, name="gap", driven=some), GRID, **asked)
+    assert np.array_equal(runs.k[:, 0], speeds[last[[0, 2]], 0])
+
+
 def told_of(folder, asked, *modes):
     """The law of a recording for each list of modes: frame, name and effort of its commands."""
     folder.mkdir()
@@ -119,9 +137,8 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
     runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
     assert runs.given == (0,) and runs.labels.k == (given, *K)
-    assert "given = with the pose, twist.twist.linear.x" in runs.law.describe()
+    assert "given = last pose, twist.twist.linear.x" in runs.law.describe()
     before = np.append(0.0, COMMANDS[:-1, 0])
-    # the speed when the command comes; the last pose before it had the old one
     assert (np.isclose(runs.k[:, 0], before) | np.isclose(runs.k[:, 0], COMMANDS[:, 0])).all()
     assert runs.points == robot.points and runs.p.shape == (3, GRID.n_record + 1, 10)
     corners = runs.p.reshape(3, -1, 5, 2)
