@@ -16,6 +16,7 @@ from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import exact, hex_floats, hex_text, listed, nearest_floats
 from parc_jax.learning.labels import (
+    OF_BODY,
     PARTS,
     Labels,
     axes_in_all,
@@ -25,6 +26,7 @@ from parc_jax.learning.labels import (
     plain_parts,
     require_unit,
     unit_of,
+    words_in,
 )
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -233,11 +235,16 @@ class Subject:
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
             require_unit(label, unit, self.points)
-        told = [*chain(*(x for x in axes_in_all(self.labels.p, self.points) if len(x) == 1))]
-        if told != sorted(told):
+        axes = axes_in_all(self.labels.p, self.points)
+        if self.rotation:  # of a robot that no heading turns these are but names
+            named = ({*map(OF_BODY.get, words_in(x))} - {None} for x in self.labels.p)
+            axes = [axis or body for axis, body in zip(axes, named, strict=True)]
+        told = [*chain(*(x for x in axes if len(x) == 1))]
+        if told != sorted(told) or "" in told:
             raise InputError(
-                "labels of p: expected axes in the order x, y, z (east, north), as maps and scans "
-                f"have them; got {', '.join(self.labels.p)}, maybe a mirrored world. Swap them."
+                "labels of p: expected axes in the order x, y, z (east, north; ahead, left), as "
+                f"maps, scans and headings have them; got {', '.join(self.labels.p)}, maybe a "
+                "mirrored world. Swap them."
             )
 
     @property
