@@ -409,10 +409,24 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
     for name in ("README.md", "notes.txt", "._k.csv"):
         (tmp_path / name).write_text("no table")
     assert load_rollouts(tmp_path, GRID).n == 3
-    (tmp_path / "group.csv").write_text("a\na\nb\n")
-    with pytest.raises(InputError, match=r"groups\.csv; got group\.csv\. Is it misspelled"):
+    (tmp_path / "p" / "README.txt").write_text("no run")
+    (tmp_path / "p" / "failed").mkdir()
+    (tmp_path / ".git").mkdir()
+    (tmp_path / ".git" / "k.csv").write_text("hidden")
+    unread = "group.csv groups.txt q.txt q.CSV.gz p/failed/3.csv p/3.txt p/3.csv.bak more/k.csv"
+    (tmp_path / "more").mkdir()
+    for name in unread.split():
+        (tmp_path / name).write_text("a\na\nb\n")
+        with pytest.raises(InputError, match=rf"as p/\*\.csv; got {name}\. Is it misspelled"):
+            load_rollouts(tmp_path, GRID)
+        (tmp_path / name).unlink()
+    (tmp_path / "Groups.CSV").write_text("a\na\nb\n")
+    assert load_rollouts(tmp_path, GRID).recordings == 2
+    np.savetxt(tmp_path / "p" / "3.CSV", batch.p[3], delimiter=",")
+    with pytest.raises(InputError, match=r"as many rows in k\.csv as files in p/; got 3, 4"):
         load_rollouts(tmp_path, GRID)
-    (tmp_path / "group.csv").unlink()
+    (tmp_path / "p" / "3.CSV").unlink()
+    (tmp_path / "Groups.CSV").unlink()
     k = np.column_stack([batch.k[:3], [1, 1, 2]])
     np.savetxt(tmp_path / "k.csv", k, header="speed,angle,Recording", **head)
     with pytest.raises(InputError, match=r"got 'Recording', which tells a run's.*groups\.csv"):
