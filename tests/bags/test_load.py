@@ -14,6 +14,7 @@ from needs import need
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.bags import load
 from parc_jax.checker.claim import LONGEST
 from parc_jax.common import premises
 from parc_jax.common.errors import InputError
@@ -119,6 +120,18 @@ def test_given_is_what_the_last_message_said_before_the_run(tmp_path):
     some = times[heard], poses[heard], speeds[heard], sent
     runs = pj.exchange.load_bags(bag(tmp_path, name="gap", driven=some), GRID, **asked)
     assert np.array_equal(runs.k[:, 0], speeds[last[[0, 2]], 0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 180 / np.pi])
+def test_theta_in_degrees_is_refused_unless_somebody_says_rad(tmp_path, monkeypatch, scale):
+    """A Pose2D has a theta of any unit; the label of the library itself says nothing of it."""
+    read = load.pose_in
+    monkeypatch.setattr(load, "pose_in", lambda *of: (*read(*of)[:2], scale * read(*of)[2]))
+    path, mine = bag(tmp_path), {"labels": {"q": ("heading [rad]",)}}
+    assert pj.exchange.load_bags(path, GRID, **ASKED, **(mine if scale > 1 else {})).n == 3
+    if scale > 1:
+        with pytest.raises(InputError, match=r"headings in rad.*label its q: 'heading \[rad\]'"):
+            pj.exchange.load_bags(path, GRID, **ASKED)
 
 
 def told_of(folder, asked, *modes):

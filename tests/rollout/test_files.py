@@ -533,7 +533,9 @@ def test_headings_in_degrees_are_refused(batch, tmp_path):
     q = np.linspace(-40.0, 25.0, batch.n)[:, None]
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q)
     turns = {"time": GRID, "rotation": ("turns",)}
-    with pytest.raises(InputError, match=r"headings in rad.*; got up to 40\. .* so: 'q0 \[rad\]'"):
+    with pytest.raises(
+        InputError, match=r"headings in rad.*; got up to 40\. .* its q: 'q0 \[rad\]'"
+    ):
         load_rollouts(tmp_path / "log.npz", **turns)
     far = load_rollouts(tmp_path / "log.npz", **turns, labels={"q": ("turn [rad]",)})
     assert np.array_equal(far.q, q) and load_rollouts(tmp_path / "log.npz", GRID).n_q == 1

@@ -197,6 +197,7 @@ def recorded(
     missed: str = "",
     own: Mapping[str, Sequence[str]] | None = None,
     places: np.ndarray | None = None,
+    rad: bool = True,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
@@ -204,7 +205,7 @@ def recorded(
     were made of what was logged, by name, for their law; left_out: how many were not, by the
     reason; missed: how many K left out, in words. own: labels of its columns, which others keep to.
     places: (..., n_c) as they were logged, where p was made of them. about: as of `rollout_batch`.
-    Raises InputError.
+    rad: are headings known to be in rad where a label says so? Raises InputError.
     """
     require_finite_k(k)
     fitted = {FITTED: f"as declared, which {missed} miss"} if missed else {}
@@ -226,21 +227,21 @@ def recorded(
         renamed = [x for x, y in told if name_of(x) != name_of(y)]
         check_parameters(owner, k[:0, : len(renamed)], renamed)
         batch.subject.check_renamed(owner, part, columns)
-    _check_turns(owner, batch)
+    _check_turns(owner, batch, rad)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
 
 
-def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
+def _check_turns(owner: str | Path, runs: RolloutBatch, rad: bool) -> None:
     """Refuse headings that are seen not to be in rad. Raises InputError."""
     runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
         largest = np.abs(q).max(initial=0.0)
-        if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
+        if word == TURNS and largest > 2 * np.pi and not (rad and unit_of(name) == "rad"):
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
-                f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
+                f"they in degrees? If a robot turns as far, label its q: '{name_of(name)} [rad]'."
             )
 
 
