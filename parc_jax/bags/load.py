@@ -27,7 +27,7 @@ from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, listed, rounded_up, some_of
 from parc_jax.learning.labels import Labels
 from parc_jax.learning.runs.batch import RolloutBatch
-from parc_jax.learning.runs.law import APART, words_of
+from parc_jax.learning.runs.law import APART
 from parc_jax.learning.runs.loaders import check_k_law, recorded
 from parc_jax.learning.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.problem.world.outlines import Footprint
@@ -157,7 +157,6 @@ def load_bags(
     beside = f"; {some_of(differ)} differed too, and k does not tell it" if differ else ""
     groups = np.repeat(names, [sum(len(cut.k) for cut in some) for some in cuts])[valid]
     runs = Windows(*(part[valid] for part in runs))
-    poses = np.concatenate([part.where.pose for part in parts])
     clocks, off = sorted({part.clock for part in parts}), max(part.apart for part in parts)
     return recorded(
         path,
@@ -181,9 +180,7 @@ def load_bags(
         | ({} if robot is None else {"robot": f"corners from 0: {robot.places[1:].tolist()} m"}),
         left_out,
         missed,
-        places=poses[:, :2],
-        # yaw is, and theta may be: who has others says so
-        rad="q" in words_of(labels) or not (np.abs(poses[:, 2]) > 2 * np.pi).any(),
+        poses=np.concatenate([part.where.pose for part in parts]),
         time=time,
         groups=groups,
         rotation=(TURNS,),

@@ -418,7 +418,7 @@ def test_other_windows_of_recordings_that_trained_a_network_are_no_news(train, h
             monitor(one, NET).observe,
             lambda runs, one=one: update(one, NET, since, runs),
         ):
-            said = r"100 of 100 are its training runs.*\. A recording is known by its name"
+            said = r"100 of 100 are its training runs.* known by name \(give others"
             with pytest.raises(InputError, match=said):
                 meet(windows)
     watch, said = monitor(claim, NET).observe(others), "nor a part of its recording by another name"

@@ -541,3 +541,12 @@ def test_headings_in_degrees_are_refused(batch, tmp_path):
     assert np.array_equal(far.q, q) and load_rollouts(tmp_path / "log.npz", GRID).n_q == 1
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q / 6.5)
     assert load_rollouts(tmp_path / "log.npz", **turns).rotation == ("turns",)
+
+
+def test_times_are_no_numbers_and_nothing_is_no_path(batch, tmp_path):
+    days = np.datetime64("2024-01-01") + np.arange(60).astype("timedelta64[D]")
+    np.savez(tmp_path / "log.npz", k=days.reshape(30, 2), p=batch.p)
+    with pytest.raises(InputError, match=r"expected k as one array of real numbers.*or times"):
+        load_rollouts(tmp_path / "log.npz", GRID)
+    with pytest.raises(InputError, match="load_rollouts: expected the path of a file or folder"):
+        load_rollouts(None, GRID)

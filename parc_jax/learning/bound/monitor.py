@@ -24,7 +24,6 @@ from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.joined import joined_source
 from parc_jax.learning.runs.law import LOG, PLACES, STATED
 
-NAMES = " A recording is known by its name: give others other names (groups=, or files of bags)."
 SAME = "each run, whatever came before, is one of the claim's law"
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 
@@ -282,7 +281,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         why = f"{shared} were observed before" if shared else "numbers of several files"
         raise InputError(
             f"{batch.name}: expected recordings that differ from those observed before; got {why}. "
-            f"Observe all runs of a recording at once, as groups of texts.{NAMES}"
+            "Observe all runs of a recording at once, and give each its name: groups of texts."
         )
     # of a file in parts, those of its rows that come later are no more missing
     gone = left_out_beside(watch.claim, batch)
@@ -326,8 +325,8 @@ def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
         raise InputError(
             f"{batch.name}: expected runs made after the claim; "
             f"{'at least ' * (not old.all())}{told}, the first is row {batch.rows[old][0]}. Leave "
-            "them out, with copies of them and parts of their recordings, or draw new ones."
-            f"{NAMES * (batch.groups is not None)}"
+            "them out, with copies of them and parts of their recordings, which are known by name "
+            "(give others other names: groups=, or files of bags), or draw new ones."
         )
 
 

@@ -164,14 +164,13 @@ def _step(x: np.ndarray, fine: float, width: float, many: int) -> float:
 
 
 def step_of(places: np.ndarray) -> float:
-    """[m] Largest step by which a column of places (..., n_c) is seen to change."""
+    """[m] Largest step by which a column of places (..., n_c) is seen to change, at least 1e-6."""
     x = places.reshape(-1, places.shape[-1])
-    x = x[np.isfinite(x).all(axis=1)]
+    x = x[(np.abs(x) < 1e30).all(axis=1)]  # finite, also in float32
     if not len(x):
-        return 0.0
+        return 1e-6
     seen = box(x.min(axis=0), x.max(axis=0))
-    with np.errstate(over="ignore"):  # of float32, where a run diverged
-        return float((2 * seen.radius / values_of(x, seen, few=1, many=1)[0]).max())
+    return max(1e-6, *(2 * seen.radius / values_of(x, seen, few=1, many=1)[0]).tolist())
 
 
 def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:

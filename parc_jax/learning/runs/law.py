@@ -242,9 +242,8 @@ class Subject:
         told = [*chain(*(x for x in axes if len(x) == 1))]
         if told != sorted(told) or "" in told:
             raise InputError(
-                "labels of p: expected axes in the order x, y, z (east, north; ahead, left), as "
-                f"maps, scans and headings have them; got {', '.join(self.labels.p)}, maybe a "
-                "mirrored world. Swap them."
+                "labels of p: expected axes in the order x, y, z (east, north; ahead, left), as in "
+                f"maps; got {', '.join(self.labels.p)}, maybe a mirrored world. Swap them."
             )
 
     @property
