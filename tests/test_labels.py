@@ -197,6 +197,27 @@ def test_coordinates_of_a_mirrored_world_are_refused(p):
         assert subject("cart", pj.box([0.0], [1.0]), Cart.time, 2, 0, labels={"p": fine})
 
 
+MIRRORED = "left ahead|forward right|right forward|south west|lateral longitudinal".split("|")
+
+
+@pytest.mark.parametrize("pair", MIRRORED)
+def test_coordinates_of_a_mirrored_robot_are_refused(pair):
+    """A heading turns them the other way; where none does these are names of a plane's axes."""
+    p = [f"{word} [m]" for word in pair.split()]
+    about = "cart", pj.box([0.0], [1.0]), Cart.time, 2
+    with pytest.raises(InputError, match=r"axes in the order x, y, z .*; ahead, left.* mirrored"):
+        subject(*about, 1, labels={"p": p}, rotation=("turns",))
+    assert subject(*about, 1, labels={"p": p})
+    for fine in (
+        ("ahead [m]", "left [m]"),
+        ("longitudinal [m]", "lateral [m]"),
+        ("along [m]", "y [m]"),
+    ):
+        assert subject(*about, 1, labels={"p": fine}, rotation=("turns",))
+    wheels = {"points": ("left", "right"), "rotation": ("turns",)}
+    assert subject(*about, 1, labels={"p": ("right x [m]", "right y [m]")}, **wheels)
+
+
 def test_a_model_without_labels_has_the_plain_ones(tmp_path):
     toy = line_model()
     assert pj.load(toy.save(tmp_path / "model.npz")).labels.k == ("k0", "k1")

@@ -114,10 +114,10 @@ def load_bags(
     pose: topic of poses: Odometry, PoseStamped, ..., or /tf with frames (parent, child), one edge
     of it. command: topic of commands; k: paths of the numbers in its messages that are k, such as
     ("linear.x", "angular.z"); the law says which others differed. given: paths of numbers in the
-    messages of `pose`, measured when a run begins; they are the first parameters, and `given`. A
-    run begins `after` seconds after each new command (or an equal one after a pause longer than a
-    run), in the frame of its beginning: p [m], of all points of a robot, and q, the turn [rad],
-    which turns with the heading.
+    last message of `pose` up to the begin of a run, `bridge` before it at most; they are the first
+    parameters, and `given`. A run begins `after` seconds after each new command (or an equal one
+    after a pause longer than a run), in the frame of its beginning: p [m], of all points of a
+    robot, and q, the turn [rad], which turns with the heading.
     domain: K; commands outside of it, such as the one to stop, are no runs. k_law, labels: as of
     `load_rollouts`. short: a run cut short by the next command or the end of the recording has
     "failed" and is counted so, or is "dropped", which changes the law of the runs and is yours to
@@ -175,11 +175,12 @@ def load_bags(
             "records": f"straight between poses up to {bridge:g} s apart",
             "cut short": short,
         }
-        | ({"given": f"with the pose, {', '.join(given)}"} if given else {})
+        | ({"given": f"last pose, {', '.join(given)}"} if given else {})
         | ({"clocks": f"up to {rounded_up(off)}{APART}"} if clocks != ["recorder"] else {})
         | ({} if robot is None else {"robot": f"corners from 0: {robot.places[1:].tolist()} m"}),
         left_out,
         missed,
+        poses=np.concatenate([part.where.pose for part in parts]),
         time=time,
         groups=groups,
         rotation=(TURNS,),
@@ -361,7 +362,9 @@ def windows(drive: Drive, grid: TimeGrid, after: float, bridge: float) -> Window
     # wherever in a run the robot was tilted, also between two records of it
     tilted, until = where.times[~upright], np.minimum(at[:, -1], following)
     pose[np.searchsorted(tilted, begin) < np.searchsorted(tilted, until, "right")] = np.nan
-    given = _interpolated(where.times, where.more, begin, bridge)
+    last = np.searchsorted(where.times, begin, "right") - 1  # as a robot has it: none from after
+    old = (last < 0) | (begin - where.times[last] > bridge * 1e9)
+    given = np.where(old[:, None], np.nan, where.more[last])
     ends = np.minimum(following, where.times[-1])
     gaps = (np.isnan(pose).any(axis=2) & (where.times[0] <= at) & (at <= ends[:, None])).any(axis=1)
     pose[at > following[:, None]] = np.nan  # poses behind the next command are of another run

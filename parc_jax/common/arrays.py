@@ -86,13 +86,13 @@ def at_least(name: str, value, lowest: float = 0.0) -> float:
 
 
 def real(value):
-    """The value itself. Raises TypeError for True and False, for complex numbers, of which NumPy
-    would drop half, and for masked ones, whose mask it would drop.
+    """The value itself. Raises TypeError for True and False, for times, for complex numbers, of
+    which NumPy would drop half, and for masked ones, whose mask it would drop.
     """
     listed = isinstance(value, bool | list | tuple)
     kind = getattr(getattr(np.asarray(value) if listed else value, "dtype", None), "kind", "")
-    if kind in ("b", "c"):
-        raise TypeError("complex numbers" if kind == "c" else "True and False are no numbers")
+    if kind in ("b", "c", "M"):
+        raise TypeError("complex numbers" if kind == "c" else "True, False and times are none")
     if np.ma.is_masked(value):
         raise TypeError("masked numbers")
     return value

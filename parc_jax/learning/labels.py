@@ -17,6 +17,9 @@ TURNED = re.compile("|".join((*HEADINGS, "orientation", "rotation", "rot", r"q\d
 BESIDE = "rad radian radians in execution world map odom robot pose field t".split()
 # of a map's frame; a column of another place would be mirrored
 AXES = {"east": "x", "easting": "x", "north": "y", "northing": "y"}
+# of a robot's frame, beside a heading that turns it, and words of no axis of either
+OF_BODY = {"ahead": "x", "forward": "x", "longitudinal": "x", "left": "y", "lateral": "y"}
+OF_BODY |= dict.fromkeys(("right", "south", "west"), "")
 LONE = {"e": "x", "n": "y"}  # where all columns are so named, and by nothing else
 _GLUED = re.compile(r"(?:[pt]|pos|position)?([xyz])(?:pos|position|coord)?\d*")
 # round brackets hold a unit only where they hold a known one

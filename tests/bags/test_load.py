@@ -14,6 +14,7 @@ from needs import need
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.bags import load
 from parc_jax.checker.claim import LONGEST
 from parc_jax.common import premises
 from parc_jax.common.errors import InputError
@@ -103,6 +104,36 @@ def test_texts_and_what_some_commands_lack_differ_too(tmp_path, split):
     assert "; effort.0, header.frame_id and name.0 differed too, and k does not tell it" in said
 
 
+@pytest.mark.soundness
+def test_given_is_what_the_last_message_said_before_the_run(tmp_path):
+    """Between two messages stands what no robot has when it chooses: less noise, a part of what
+    came after, and an angle between pi and -pi that is neither. Where it is old there is no run.
+    """
+    times, poses, speeds, sent = drive(COMMANDS)
+    speeds[:, 0] = np.random.default_rng(0).uniform(-3, 3, len(times))
+    last = np.searchsorted(times, sent := sent + [0.013, 0.007, 0.0, 0.0] + 1e-6) - 1
+    asked = ASKED | {"domain": pj.box([-3, 0.2, -1], [3, 2, 1])}
+    asked |= {"given": ("twist.twist.linear.x",), "bridge": 0.1}
+    runs = pj.exchange.load_bags(bag(tmp_path, driven=(times, poses, speeds, sent)), GRID, **asked)
+    assert np.array_equal(runs.k[:, 0], speeds[last[:3], 0]) and not runs.failed.any()
+    heard = (times < sent[1] - 0.2) | (times > sent[1])
+    some = times[heard], poses[heard], speeds[heard], sent
+    runs = pj.exchange.load_bags(bag(tmp_path, name="gap", driven=some), GRID, **asked)
+    assert np.array_equal(runs.k[:, 0], speeds[last[[0, 2]], 0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 180 / np.pi])
+def test_theta_in_degrees_is_refused_unless_somebody_says_rad(tmp_path, monkeypatch, scale):
+    """A Pose2D has a theta of any unit; the label of the library itself says nothing of it."""
+    read = load.pose_in
+    monkeypatch.setattr(load, "pose_in", lambda *of: (*read(*of)[:2], scale * read(*of)[2]))
+    path, mine = bag(tmp_path), {"labels": {"q": ("heading [rad]",)}}
+    assert pj.exchange.load_bags(path, GRID, **ASKED, **(mine if scale > 1 else {})).n == 3
+    if scale > 1:
+        with pytest.raises(InputError, match=r"headings in rad.*label its q: 'heading \[rad\]'"):
+            pj.exchange.load_bags(path, GRID, **ASKED)
+
+
 def told_of(folder, asked, *modes):
     """The law of a recording for each list of modes: frame, name and effort of its commands."""
     folder.mkdir()
@@ -119,9 +150,8 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
     runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
     assert runs.given == (0,) and runs.labels.k == (given, *K)
-    assert "given = with the pose, twist.twist.linear.x" in runs.law.describe()
+    assert "given = last pose, twist.twist.linear.x" in runs.law.describe()
     before = np.append(0.0, COMMANDS[:-1, 0])
-    # the speed when the command comes; the last pose before it had the old one
     assert (np.isclose(runs.k[:, 0], before) | np.isclose(runs.k[:, 0], COMMANDS[:, 0])).all()
     assert runs.points == robot.points and runs.p.shape == (3, GRID.n_record + 1, 10)
     corners = runs.p.reshape(3, -1, 5, 2)
@@ -226,7 +256,7 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
     dropped = pj.exchange.load_bags(path, long, **ASKED, short="dropped")
     assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
-    for one, word in ((runs, "failed, pose"), (dropped, "dropped, dropped = 1 left out, pose")):
+    for one, word in ((runs, "failed, places"), (dropped, "dropped, dropped = 1 left out, places")):
         said = one.law.describe()
         assert f"command = /cmd_vel, {', '.join(K)}, cut short = {word}" in said
         assert "clock = header" in said and "pose = /odom, odom -> base_link" in said
@@ -602,9 +632,8 @@ def test_the_folder_that_one_stands_in_has_its_name(tmp_path, monkeypatch):
 
 
 def test_the_law_of_bags_is_told_whole_by_explain(tmp_path):
-    """Of topics with names of usual length."""
-    asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": ("twist.twist.linear.x",)}
-    law = pj.exchange.load_bags(bag(tmp_path), GRID, **asked).law.describe()
+    """Of topics with names of usual length, where nothing is given."""
+    law = pj.exchange.load_bags(bag(tmp_path), GRID, **ASKED).law.describe()
     assert len(f"any run of a new recording whose k lies in K, drawn from {law}") <= LONGEST
 
 

@@ -418,7 +418,8 @@ def test_other_windows_of_recordings_that_trained_a_network_are_no_news(train, h
             monitor(one, NET).observe,
             lambda runs, one=one: update(one, NET, since, runs),
         ):
-            with pytest.raises(InputError, match="100 of 100 are its training runs"):
+            said = r"100 of 100 are its training runs.* known by name \(give others"
+            with pytest.raises(InputError, match=said):
                 meet(windows)
     watch, said = monitor(claim, NET).observe(others), "nor a part of its recording by another name"
     assert watch.seen == again.n == 100
@@ -504,3 +505,29 @@ def test_an_update_of_a_claim_that_does_not_say_what_trained_its_network(train, 
     again = update(claim, NET, old, new)[1]
     assert not again.evidence.get("training", {}).get("runs")
     assert not seen_in_training(again, train).any()
+
+
+def test_a_claim_from_a_log_is_about_its_places_with_the_steps_they_have(held, profile, tmp_path):
+    """Rounded, no run left a tube that nearly all leave; and places of a map in float32 have steps
+    that no file shows. Logs with others are watched, and their steps are told.
+    """
+    from_far = held.p + np.array([5e5, 5e6])
+    logs = {
+        "0.1": np.round(held.p + 7.0, 1),
+        "0.05": 0.05 * np.round(held.p / 0.05) + 0.0123,
+        "0.024": 0.0237 * np.round(held.p / 0.0237),
+        "0.5": from_far.astype(np.float32),
+        "1e-06": from_far,
+    }
+    claims = {}
+    for step, p in logs.items():
+        np.savez(tmp_path / "log.npz", k=held.k, p=p, q=held.q)
+        runs = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
+        claims[step] = calibrate(NET, runs, profile, eps=0.1)
+        said = f"places = as logged, with errors, to {step} m"
+        assert said in claims[step].details() and runs.law == runs.select(slice(5)).law
+        assert said in load_rollouts(save_rollouts(tmp_path / "own.npz", runs)).law.describe()
+    np.savez(tmp_path / "log.npz", k=held.k + 1e-4, p=held.p * 1.01, q=held.q)
+    wide = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
+    seen = monitor(claims["0.1"], NET).observe(wide.select(slice(0, 10))).details()
+    assert "with errors, to 0.1 m" in seen and "with errors, to 1e-06 m" in seen

@@ -96,7 +96,9 @@ def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
     np.savez(tmp_path / "log.npz", k=runs.k, p=p)
     log = load_rollouts(tmp_path / "log.npz", time_grid(0.25, 1.0, 0.05), given=("k0",))
     assert log.given == (0,) and log.subject.given == (0,)
-    with pytest.raises(InputError, match="labels or given; a file of save_rollouts knows its own"):
+    with pytest.raises(
+        InputError, match="expected no given: a file of save_rollouts knows its own"
+    ):
         load_rollouts(tmp_path / "runs.npz", given=("v0",))
 
 

@@ -409,10 +409,24 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
     for name in ("README.md", "notes.txt", "._k.csv"):
         (tmp_path / name).write_text("no table")
     assert load_rollouts(tmp_path, GRID).n == 3
-    (tmp_path / "group.csv").write_text("a\na\nb\n")
-    with pytest.raises(InputError, match=r"groups\.csv; got group\.csv\. Is it misspelled"):
+    (tmp_path / "p" / "README.txt").write_text("no run")
+    (tmp_path / "p" / "failed").mkdir()
+    (tmp_path / ".git").mkdir()
+    (tmp_path / ".git" / "k.csv").write_text("hidden")
+    unread = "group.csv groups.txt q.txt q.CSV.gz p/failed/3.csv p/3.txt p/3.csv.bak more/k.csv"
+    (tmp_path / "more").mkdir()
+    for name in unread.split():
+        (tmp_path / name).write_text("a\na\nb\n")
+        with pytest.raises(InputError, match=rf"as p/\*\.csv; got {name}\. Is it misspelled"):
+            load_rollouts(tmp_path, GRID)
+        (tmp_path / name).unlink()
+    (tmp_path / "Groups.CSV").write_text("a\na\nb\n")
+    assert load_rollouts(tmp_path, GRID).recordings == 2
+    np.savetxt(tmp_path / "p" / "3.CSV", batch.p[3], delimiter=",")
+    with pytest.raises(InputError, match=r"as many rows in k\.csv as files in p/; got 3, 4"):
         load_rollouts(tmp_path, GRID)
-    (tmp_path / "group.csv").unlink()
+    (tmp_path / "p" / "3.CSV").unlink()
+    (tmp_path / "Groups.CSV").unlink()
     k = np.column_stack([batch.k[:3], [1, 1, 2]])
     np.savetxt(tmp_path / "k.csv", k, header="speed,angle,Recording", **head)
     with pytest.raises(InputError, match=r"got 'Recording', which tells a run's.*groups\.csv"):
@@ -519,9 +533,20 @@ def test_headings_in_degrees_are_refused(batch, tmp_path):
     q = np.linspace(-40.0, 25.0, batch.n)[:, None]
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q)
     turns = {"time": GRID, "rotation": ("turns",)}
-    with pytest.raises(InputError, match=r"headings in rad.*; got up to 40\. .* so: 'q0 \[rad\]'"):
+    with pytest.raises(
+        InputError, match=r"headings in rad.*; got up to 40\. .* its q: 'q0 \[rad\]'"
+    ):
         load_rollouts(tmp_path / "log.npz", **turns)
     far = load_rollouts(tmp_path / "log.npz", **turns, labels={"q": ("turn [rad]",)})
     assert np.array_equal(far.q, q) and load_rollouts(tmp_path / "log.npz", GRID).n_q == 1
     np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=q / 6.5)
     assert load_rollouts(tmp_path / "log.npz", **turns).rotation == ("turns",)
+
+
+def test_times_are_no_numbers_and_nothing_is_no_path(batch, tmp_path):
+    days = np.datetime64("2024-01-01") + np.arange(60).astype("timedelta64[D]")
+    np.savez(tmp_path / "log.npz", k=days.reshape(30, 2), p=batch.p)
+    with pytest.raises(InputError, match=r"expected k as one array of real numbers.*or times"):
+        load_rollouts(tmp_path / "log.npz", GRID)
+    with pytest.raises(InputError, match="load_rollouts: expected the path of a file or folder"):
+        load_rollouts(None, GRID)

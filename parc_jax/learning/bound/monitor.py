@@ -22,7 +22,7 @@ from parc_jax.learning.runs.batch import RolloutBatch, require_failed
 from parc_jax.learning.runs.groups import NAMED, worst_by_group
 from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.joined import joined_source
-from parc_jax.learning.runs.law import LOG, STATED
+from parc_jax.learning.runs.law import LOG, PLACES, STATED
 
 SAME = "each run, whatever came before, is one of the claim's law"
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
@@ -95,6 +95,7 @@ class Monitor(Sealed):
     def premises(self) -> Premises:
         """Premises of its sentence."""
         claim, law = self.claim, self.declared or f"k {self.claim.law.how_drawn}, as the claim's"
+        law += "".join(f", places {told}" for x, told in claim.law.parameters if x == PLACES)
         if not claim.tube.claimed.all():
             law += ", of those in bins that have a claim"
         short = rounded_down if self.alarm else rounded_up
@@ -280,7 +281,7 @@ def _with_new(watch: Monitor, batch: RolloutBatch) -> Monitor:
         why = f"{shared} were observed before" if shared else "numbers of several files"
         raise InputError(
             f"{batch.name}: expected recordings that differ from those observed before; got {why}. "
-            "Observe all runs of a recording at once, and name recordings: groups of texts."
+            "Observe all runs of a recording at once, and give each its name: groups of texts."
         )
     # of a file in parts, those of its rows that come later are no more missing
     gone = left_out_beside(watch.claim, batch)
@@ -324,7 +325,8 @@ def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
         raise InputError(
             f"{batch.name}: expected runs made after the claim; "
             f"{'at least ' * (not old.all())}{told}, the first is row {batch.rows[old][0]}. Leave "
-            "them out, with copies of them and parts of their recordings, or draw new ones."
+            "them out, with copies of them and parts of their recordings, which are known by name "
+            "(give others other names: groups=, or files of bags), or draw new ones."
         )
 
 

@@ -17,6 +17,7 @@ from parc_jax.common.premises import MEASURED, Premises, agree, premises
 from parc_jax.common.sets.box import Box, box
 from parc_jax.common.spelling import exact, hex_floats, hex_text, listed, nearest_floats
 from parc_jax.learning.labels import (
+    OF_BODY,
     PARTS,
     Labels,
     axes_in_all,
@@ -26,6 +27,7 @@ from parc_jax.learning.labels import (
     plain_parts,
     require_unit,
     unit_of,
+    words_in,
 )
 from parc_jax.learning.labels import labels as valid_labels
 from parc_jax.learning.system import (
@@ -51,6 +53,7 @@ SAMPLER = "the sampler "  # begins the law of k of a function: no name of one re
 GIVEN, LISTED = "given ", "values, sha256 "  # begins that of values; in that of a list
 LEFT = " left out"  # ends the number of windows that are no runs
 OF_EACH = f"{OURS}runs", "one drawn from those of each recording with k in K"  # of groups
+PLACES = f"{OURS}places"  # names how the places of a log were told; of two logs they may differ
 APART = " s apart in the median"  # ends how far the clocks of these recordings were
 EVEN = "a uniform draw"  # as of `told_of_part`
 SAID = {"p": "axes", "q": "goal states", "k": "parameters"}  # parts of labels, in words
@@ -116,7 +119,7 @@ class LawSpec:
     @property
     def cut(self) -> Premises:
         """How its runs were cut out of what was logged; none where nobody says."""
-        told = (x for x in self.parameters if x[0] not in (BOX, FITTED, OF_EACH[0]))
+        told = (x for x in self.parameters if x[0] not in (BOX, FITTED, OF_EACH[0], PLACES))
         how = (x for x in told if x[0].startswith(OURS) and not x[1].endswith((LEFT, APART)))
         return premises((name.removeprefix(OURS), MEASURED, value) for name, value in how)
 
@@ -233,11 +236,15 @@ class Subject:
         units += [(label, "rad") for label, word in turns if word == TURNS]
         for label, unit in units:
             require_unit(label, unit, self.points)
-        told = [*chain(*(x for x in axes_in_all(self.labels.p, self.points) if len(x) == 1))]
-        if told != sorted(told):
+        axes = axes_in_all(self.labels.p, self.points)
+        if self.rotation:  # of a robot that no heading turns these are but names
+            named = ({*map(OF_BODY.get, words_in(x))} - {None} for x in self.labels.p)
+            axes = [axis or body for axis, body in zip(axes, named, strict=True)]
+        told = [*chain(*(x for x in axes if len(x) == 1))]
+        if told != sorted(told) or "" in told:
             raise InputError(
-                "labels of p: expected axes in the order x, y, z (east, north), as maps and scans "
-                f"have them; got {', '.join(self.labels.p)}, maybe a mirrored world. Swap them."
+                "labels of p: expected axes in the order x, y, z (east, north; ahead, left), as in "
+                f"maps; got {', '.join(self.labels.p)}, maybe a mirrored world. Swap them."
             )
 
     @property

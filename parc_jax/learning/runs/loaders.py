@@ -8,17 +8,16 @@ import numpy as np
 
 from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
-from parc_jax.common.errors import InputError, check_kind
+from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.sets.box import Box, box
+from parc_jax.common.spelling import listed, rounded_up
 from parc_jax.learning.labels import Labels, axes_in_all, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
-from parc_jax.learning.runs.independent import check_uniform
-from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, TO_ALL, law_spec, words_of
+from parc_jax.learning.runs.independent import check_uniform, step_of
+from parc_jax.learning.runs.law import FITTED, LEFT, LOG, OURS, PLACES, TO_ALL, law_spec, words_of
 from parc_jax.learning.runs.tables import check_parameters, folder_arrays
 from parc_jax.learning.system import LARGEST, ONE_POINT, TURNS, TimeGrid, check_points
-
-K_LAWS = ("logged", "uniform")
 
 
 def load_rollouts(
@@ -57,7 +56,8 @@ def load_rollouts(
     by name or number. Runs with NaN stay.
     """
     about = {"rotation": rotation, "labels": labels, "given": given}
-    path = Path(path)
+    with reading("load_rollouts", "the path of a file or folder"):
+        path = Path(path)
     check_k_law(path, k_law, domain)
     check_kind("time", time, TimeGrid | None)
     if path.is_dir():
@@ -80,19 +80,15 @@ def _check_own(
     path: Path, batch: RolloutBatch, time, domain, k_law: str, groups, points, about: dict
 ) -> None:
     """Refuse arguments that contradict a file of `save_rollouts`. Raises InputError."""
-    on_K = domain is None or domain.text == batch.domain.text
-    for name, value, same in (("time", time, time in (None, batch.time)), ("domain", domain, on_K)):
-        if not same:
-            raise InputError(
-                f"{path}: expected no {name}, or that of the file, {getattr(batch, name)}; got "
-                f"{value}. A file of save_rollouts has its own: leave {name} out."
-            )
-    others = points is not None and tuple(points) != batch.points
-    stated = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
-    if k_law != "logged" or others or stated:
+    other = {name: x is not None and len(x) > 0 for name, x in about.items()}
+    other |= {"k_law": k_law != "logged", "groups": groups is not None}
+    other["points"] = points is not None and tuple(points) != batch.points
+    other["time"] = time not in (None, batch.time)
+    other["domain"] = domain is not None and domain.text != batch.domain.text
+    if told := [name for name, differs in other.items() if differs]:
         raise InputError(
-            f"{path}: expected neither k_law nor groups, other points, rotation, labels or given; "
-            "a file of save_rollouts knows its own."
+            f"{path}: expected no {listed(told)}: a file of save_rollouts knows its own, here "
+            f"{batch.time} and K = {batch.domain.text}. Leave it out."
         )
 
 
@@ -173,9 +169,9 @@ def _check_no_time(path: Path, p: np.ndarray) -> None:
 
 
 def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
-    """Refuse other laws than K_LAWS, and "uniform" without a domain. Raises InputError."""
+    """Refuse laws of k that no log has, and "uniform" without a domain. Raises InputError."""
     check_kind("domain", domain, Box | None)
-    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
+    if k_law not in ("logged", "uniform") or (k_law == "uniform" and domain is None):
         raise InputError(
             f'{owner}: expected k_law "logged", or "uniform" with the domain that k was drawn '
             f"from; got {k_law!r} and domain = {domain}."
@@ -194,12 +190,14 @@ def recorded(
     left_out: Mapping[str, int] | None = None,
     missed: str = "",
     own: Mapping[str, Sequence[str]] | None = None,
+    poses: np.ndarray | None = None,
     **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. cut: how runs
     were made of what was logged, by name, for their law; left_out: how many were not, by the
     reason; missed: how many K left out, in words. own: labels of its columns, which others keep to.
+    poses: (m, 2 or 3) places, and headings, as they were logged, where p and q were made of them.
     about: as of `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
@@ -207,11 +205,14 @@ def recorded(
     fitted |= {FITTED: TO_ALL} if domain is None else {}
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
+    step = step_of(p.reshape(*p.shape[:2], -1) if poses is None else poses[:, :2])
+    fitted[PLACES] = f"as logged, with errors, to {rounded_up(f'{step:.6g}')} m"  # 0.1, not 0.11
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{printable(Path(owner).resolve().name)}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
-    about["labels"] = {**(own or {})} | words_of(about.get("labels"))
+    words = words_of(about.get("labels"))
+    about["labels"] = {**(own or {})} | words
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
     check_parameters(owner, batch.k, batch.subject.labels.k)
     for part, columns in (own or {}).items():
@@ -219,21 +220,23 @@ def recorded(
         renamed = [x for x, y in told if name_of(x) != name_of(y)]
         check_parameters(owner, k[:0, : len(renamed)], renamed)
         batch.subject.check_renamed(owner, part, columns)
-    _check_turns(owner, batch)
+    # what somebody says, or was in a table; and yaw is in rad, as theta may be
+    large = poses is not None and (np.abs(poses[:, 2:]) > 2 * np.pi).any()
+    _check_turns(owner, batch, "q" in words or not large)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
 
 
-def _check_turns(owner: str | Path, runs: RolloutBatch) -> None:
+def _check_turns(owner: str | Path, runs: RolloutBatch, rad: bool) -> None:
     """Refuse headings that are seen not to be in rad. Raises InputError."""
     runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
         largest = np.abs(q).max(initial=0.0)
-        if word == TURNS and largest > 2 * np.pi and unit_of(name) != "rad":
+        if word == TURNS and largest > 2 * np.pi and not (rad and unit_of(name) == "rad"):
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
-                f"they in degrees? Where a robot turns as far, label its q so: '{name} [rad]'."
+                f"they in degrees? If a robot turns as far, label its q: '{name_of(name)} [rad]'."
             )
 
 
@@ -257,7 +260,7 @@ def _numbers(path: Path, name: str, values) -> np.ndarray:
     try:
         array = np.asarray(real(values), np.float64)
     except NO_NUMBER:
-        why = "They are complex." if np.asarray(values).dtype.kind == "c" else RAGGED
+        why = "They are complex, or times." if np.asarray(values).dtype.kind in "cM" else RAGGED
         raise InputError(f"{path}: expected {name} as one array of real numbers. {why}") from None
     largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
     if largest > LARGEST:

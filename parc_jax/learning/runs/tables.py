@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.common.errors import InputError, reading
+from parc_jax.common.spelling import some_of
 from parc_jax.learning.labels import unit_of, words_in
 from parc_jax.learning.runs.files import RAGGED
 
 TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
+# names of what is not read and may tell of runs: none that is hidden, or a note
+UNREAD = re.compile(r"(?!.*(/|^)(\.|readme|[^/]*\.md$))(p/|(.*/)?([kq]|groups?)\.|.*\.csv\b)", re.I)
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 _ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq timestamp stamp epoch".split()}
 _TIMES = {*"t time date datetime unix sec nsec nanosec ms ns 0".split()}  # but `T [N]`, `t_0 [s]`
@@ -20,9 +23,15 @@ _TIMES = {*"t time date datetime unix sec nsec nanosec ms ns 0".split()}  # but 
 
 def folder_arrays(path: Path) -> dict:
     """Arrays k, p, q, groups of a folder of CSV files, and labels. Raises InputError."""
-    for name in sorted({table.name for table in path.glob("[!.]*.csv")} - {*TABLES}):
-        raise InputError(f"{path}: expected {', '.join(TABLES)}; got {name}. Is it misspelled?")
-    runs = sorted((path / "p").glob("*.csv"))
+    tables = {one.name.lower(): one for one in path.glob("[!.]*") if one.name.lower() in TABLES}
+    runs = sorted(x for x in (path / "p").glob("[!.]*") if x.suffix.lower() == ".csv")
+    others = {*path.rglob("*")}.difference(tables.values(), runs)
+    names = sorted(x.relative_to(path).as_posix() for x in others if not x.is_dir())
+    if left := [name for name in names if UNREAD.match(name)]:
+        raise InputError(
+            f"{path}: expected {', '.join(TABLES)}, and runs as p/*.csv; got {some_of(left)}. Is "
+            "it misspelled? A failed run stays beside the others; put other tables elsewhere."
+        )
     for before, after in itertools.pairwise(run.stem for run in runs):
         # where both orders differ nobody knows which of them the rows of k.csv are in
         if _by_number(before) > _by_number(after):
@@ -31,9 +40,9 @@ def folder_arrays(path: Path) -> dict:
                 f"which is that of the rows of k.csv; as text {before}.csv comes before "
                 f"{after}.csv. Write all numbers with equally many digits, such as run01.csv."
             )
-    if not (path / "k.csv").exists() or not runs:
+    if "k.csv" not in tables or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
-    k, k_names = _csv(path / "k.csv")
+    k, k_names = _csv(tables["k.csv"])
     tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
@@ -49,10 +58,10 @@ def folder_arrays(path: Path) -> dict:
             raise InputError(f"{run}: expected columns {first}, like {runs[0].name}; got {own}.")
     names = {"k": k_names, "p": p_names[0]}
     arrays = {"k": k, "p": np.stack(tracks), "labels": names}
-    if (path / "q.csv").exists():
-        arrays["q"], names["q"] = _csv(path / "q.csv")
-    if (path / "groups.csv").exists():
-        arrays["groups"] = _groups(path / "groups.csv", len(k))
+    if "q.csv" in tables:
+        arrays["q"], names["q"] = _csv(tables["q.csv"])
+    if "groups.csv" in tables:
+        arrays["groups"] = _groups(tables["groups.csv"], len(k))
     return arrays
 
 

@@ -163,7 +163,8 @@ def mover_runs(
         "window": f"one of {time.t_f:g} s within each track, {placed}, seen by steps of {step:g} s",
         "records": f"straight between places, {bridge:g} s apart at most",
     }
-    about = {"time": time, "groups": np.concatenate(groups), "labels": _labels(step)}
+    about = {"poses": np.concatenate([at for _, at in tracks])}
+    about |= {"time": time, "groups": np.concatenate(groups), "labels": _labels(step)}
     return recorded(name, k, p, np.zeros((len(k), 0)), ONE_POINT, domain, "logged", cut, **about)
 
 
