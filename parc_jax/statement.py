@@ -2,6 +2,7 @@
 tube (C), the error bound of the tube (E), the risk of a drawn plan.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -11,6 +12,7 @@ from parc_jax.common.premises import ASSUMED, Premises
 from parc_jax.common.said import about_said
 from parc_jax.common.sets.box import Box
 from parc_jax.common.spelling import counted, exact, listed, rounded_down, rounded_up, some_of
+from parc_jax.common.status import Status
 from parc_jax.learning.bound.counts import NoStatement, Risk
 from parc_jax.learning.bound.statement import (
     AS_RECORDED,
@@ -298,6 +300,7 @@ def summary(answer, drawn: str) -> str:
         doubt and answer.status.found and f"Robust to: {doubt.words}.",
         doubt and not (answer.status.found or answer.absence) and doubt.meaning,
         answer.validation and answer.validation.summary(),
+        answer.status is Status.NOT_FOUND and about_start(asked.problem, asked.model.labels.p),
     ]
     lines += [text for text in more if text]
     # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"
@@ -311,6 +314,14 @@ def summary(answer, drawn: str) -> str:
     )
     lines.append(f"Holds if ({counted(len(assumed), 'assumption')}): {', '.join(assumed)}.")
     return "\n".join([*lines, answer.unchecked] if answer.unchecked else lines)
+
+
+def about_start(problem: Problem, axes: Sequence[str]) -> str:
+    """What to try where no search finds a plan, since the start set has no width; or empty."""
+    ends = problem.start and zip(axes, *box_of_rows(problem.start), strict=True)
+    flat = [name_of(axis) for axis, lo, hi in ends or () if lo == hi]
+    told = "The start set has no width along {}: give it some, or ask from one place, with at=."
+    return told.format(listed(flat)) if flat else ""
 
 
 def about_scene(pose: Pose | None, problem: Problem, model: TrajectoryModel) -> str:

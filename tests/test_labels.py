@@ -7,11 +7,13 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.app.cli.systems import asked_of
 from parc_jax.common.errors import InputError, is_text
 from parc_jax.learning.labels import axes_of, labels, labels_of, name_of, require_unit, unit_of
 from parc_jax.learning.runs.law import law_spec, subject
 from parc_jax.problem.problem import Span
-from parc_jax.problem.problem_file import labelled, load_problem, save_problem
+from parc_jax.problem.problem_file import load_problem, save_problem
+from parc_jax.safe_set.verdict.outline import require_fit
 
 NAMED = labels(2, 1, 2, q=("final yaw [rad]",), k=("speed [m/s]", "turn [rad]"))
 
@@ -224,22 +226,37 @@ def test_a_model_without_labels_has_the_plain_ones(tmp_path):
 
 
 def test_a_scene_file_can_name_them(tmp_path):
+    line_model().save(robot := tmp_path / "model.npz")
     path = save_problem(tmp_path / "scene.toml", scene(), NAMED)
     assert load_problem(path).goal.n == 3
-    assert labelled(line_model(), path).labels == NAMED
+    assert asked_of(robot, path)[0].labels == NAMED
+    assert load_problem(save_problem(path, load_problem(path))).labels  # it keeps them
+    assert asked_of(robot, path)[0].labels == NAMED
     save_problem(path, scene())
-    assert labelled(line_model(), path).labels == line_model().labels
+    assert asked_of(robot, path)[0].labels == line_model().labels
 
 
 @pytest.mark.parametrize("k", [NAMED.k[::-1], ("speed [km/h]", NAMED.k[1])], ids=["swap", "unit"])
 def test_a_scene_file_cannot_rename_what_has_a_name(tmp_path, k):
-    """Else `--given speed=0.6` would hold another parameter, or so many of another unit."""
+    """Else `--given speed=0.6` would hold another parameter, or so many of another unit; and in
+    Python the numbers of a file in degrees would be read as radians.
+    """
     path = save_problem(tmp_path / "scene.toml", scene(), NAMED._replace(k=k))
     only_k = line_model().with_labels({"k": NAMED.k})
-    with pytest.raises(InputError, match=r"\[labels\] of .*parameters") as told:
-        labelled(only_k, path)
-    assert all(label in str(told.value) for label in (*NAMED.k, *k))
-    assert labelled(only_k, save_problem(path, scene(), NAMED)).labels == NAMED
+    only_k.save(robot := tmp_path / "model.npz")
+    moved = load_problem(path).replace(obstacles=[pj.box([4, 4], [5, 5])])
+    again = load_problem(save_problem(tmp_path / "again.toml", moved, only_k.labels))
+    for asked in (
+        lambda: asked_of(robot, path),
+        lambda: require_fit(moved, only_k.claim.subject),
+        *(lambda problem=x: pj.Planner(only_k).prepare(problem) for x in (moved, again)),
+    ):
+        with pytest.raises(InputError, match=r"\[labels\] of .*parameters") as told:
+            asked()
+        assert all(label in str(told.value) for label in (*NAMED.k, *k))
+    assert asked_of(robot, save_problem(path, scene(), NAMED))[0].labels == NAMED
+    for fine in (only_k, line_model()):
+        assert pj.Planner(fine).prepare(load_problem(path)).scene.nominal.problem.labels == ()
 
 
 def test_learned_models_carry_the_labels_of_their_system():

@@ -102,7 +102,8 @@ def check_answer(answer, processes=1):
     Rejected. Entries are shared among so many processes.
     """
     if type(answer) is not dict or answer.get("format") != FORMAT:
-        raise NotAnAnswer("got JSON without this format")
+        what = "an episode" if is_episode(answer) else "JSON without this format"
+        raise NotAnAnswer(f"got {what}")
     needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
     fields(answer, needed, ("corridors", "doubt", "meta"))
     need(shallow(answer), "too deep a nesting")
@@ -170,7 +171,7 @@ def summary(report):
     yield f"It is of {report.scene}."
     for text in report.said:
         yield f"  The file says of it, unchecked: {text}"
-    if report.no_plan is None:
+    if report.no_plan is None or report.no_plan["kind"] != "proved":
         yield f"NOT PROVED: anything later than the {report.seconds} s of a plan"
     if report.moving:
         yield f"NOT PROVED: {counted(report.moving, 'obstacle')} told of by intervals: nothing is"

@@ -112,6 +112,7 @@ class Problem:
     uncertainty: uncertainty that safe plans are robust to; `Query.nominal` reduces it.
     points: names of the reference points that the goal is about, in its order; a model with others,
         or in another order, is refused. () = not given.
+    labels: of p, q, k, as a file tells them, by part; a model with others is refused. () = none.
     """
 
     goal: HPolytope
@@ -121,6 +122,7 @@ class Problem:
     spans: tuple[Span | None, ...] = struct.field(pytree_node=False, default=())
     uncertainty: Uncertainty | None = struct.field(pytree_node=False, default=None)
     points: tuple[str, ...] = struct.field(pytree_node=False, default=())
+    labels: tuple[tuple[str, tuple[str, ...]], ...] = struct.field(pytree_node=False, default=())
 
     @property
     def all_spans(self) -> tuple[Span | None, ...]:
@@ -174,12 +176,12 @@ class Problem:
                     f"problem: expected {name} beside new obstacles: the old ones have an entry "
                     f"each; got obstacles alone. Give {name} too, as to `reach_avoid`."
                 )
-        points = changes.pop("points", self.points)
-        entries = {name: getattr(self, name) for name in names if name != "points"} | changes
+        entries = {name: getattr(self, name) for name in names} | changes
+        points, labels = entries.pop("points"), entries.pop("labels")
         if all(span is None for span in entries["spans"] or ()):
             entries["spans"] = None  # of however many obstacles
         made = reach_avoid(**entries)
-        return dataclasses.replace(made, points=made.points or points)
+        return dataclasses.replace(made, points=made.points or points, labels=labels)
 
     def __repr__(self) -> str:
         start = "anywhere" if self.start is None else "in a set"
@@ -284,6 +286,10 @@ def require_dimensions(problem: Problem, robot: Any) -> None:
         hint = "Add one that stays 0" if n_p < 2 else "States beside the place are q"
         raise InputError(f"robot: expected a workspace of x, y or x, y, z; got {n_p} axes. {hint}.")
     require_points(problem, points)
+    if problem.labels:
+        own = robot.claim.subject if hasattr(robot, "claim") else robot
+        hint = "Leave [labels] out, or take the model's."
+        own.agree("[labels] of the scene", own.with_labels(dict(problem.labels)), hint=hint)
     polygons = [part for part in problem.parts if isinstance(part.shape, Polygon)]
     if polygons and robot.rotation is not None:
         raise InputError(

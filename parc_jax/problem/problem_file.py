@@ -14,7 +14,6 @@ import numpy as np
 from parc_jax.common.errors import InputError, naming, reading
 from parc_jax.common.sets.hpolytope import HPolytope
 from parc_jax.learning.labels import PARTS, Labels
-from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.learning.system import check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
@@ -31,7 +30,7 @@ from parc_jax.problem.scene_values import (
 from parc_jax.problem.world.outlines import Edge, edge_of
 
 # the fields of a problem, but that an interval of time stands with its obstacle
-ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "labels", "places")
+ENTRIES = (*(f.name for f in fields(Problem) if f.name != "spans"), "places")
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
@@ -56,31 +55,16 @@ def load_problem(path, points: Sequence[str] | None = None) -> Problem:
         front of the tables. A robot with others, or in another order, is refused.
     places       optional, of a body of points: where each is on the robot, by name [x, y] [m], as a
         footprint tells; a model that begins with them elsewhere is refused.
-    [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
+    [labels]     optional: p, q, k, a list of names with units each. A model with others is refused.
     [uncertainty] optional; see docs/uncertainty.md.
 
     points: names of the robot's reference points, as `model.points`, for a goal that names some in
     a file that does not have them all; and to be compared with those that it has.
     """
-    data = _data(path)
+    with reading(path, "a scene in TOML"):  # decimals exactly
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"), parse_float=Decimal)
     with naming(path):
         return _problem(data, points)
-
-
-def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
-    """The model with the labels of a scene file for what it has no names for. Raises InputError for
-    others than those that it has.
-    """
-    labels, own = _data(path).get("labels", {}), model.claim.subject
-    hint = "Leave [labels] out, or take the model's."
-    own.agree(f"[labels] of {path}", own.with_labels(labels), hint=hint)
-    return model.with_labels(labels)
-
-
-def _data(path):
-    """The data of a file, with exact decimals."""
-    with reading(path, "a scene in TOML"):
-        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"), parse_float=Decimal)
 
 
 def save_problem(
@@ -88,7 +72,7 @@ def save_problem(
 ) -> Path:
     """Write a file that `load_problem` reads back with equal numbers; complete or not at all.
 
-    named: labels for the file.
+    named: labels for the file, beside those that the problem has.
     points: names of the robot's reference points, for a problem without them.
     Raises InputError for a problem with other points.
     """
@@ -104,7 +88,8 @@ def problem_text(
 
 def _problem(data, points: Sequence[str] | None) -> Problem:
     table_of("scene", data, ENTRIES, needed=("goal", "body"))
-    for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
+    labels = table_of("labels", data.get("labels", {}), PARTS)
+    for part, words in labels.items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise InputError(
                 f"labels {part}: expected a list of names with units, such as 'speed [m/s]'; got "
@@ -133,7 +118,8 @@ def _problem(data, points: Sequence[str] | None) -> Problem:
     uncertainty = uncertainty_of(data, obstacles)
     spans = [_span(f"obstacle {i}", part) for i, part in enumerate(obstacles)]
     problem = reach_avoid(goal, sets, body, start, spans, uncertainty)
-    return replace(problem, points=made_for) if made_for else problem
+    told = tuple((part, tuple(words)) for part, words in labels.items())
+    return replace(problem, points=made_for or problem.points, labels=told)
 
 
 def _span(name: str, part: dict) -> Span | None:
@@ -243,8 +229,9 @@ def _parts(problem: Problem, named: Labels | None, points: Sequence[str] | None)
         raise InputError(f"places: expected each point at one place; got {list(places)!s:.60}.")
     parts |= {"places": found} if found else {}
     parts |= {"goal": goal, "body": _written_body(problem.body)}
-    if named is not None:
-        parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
+    labels = ({} if named is None else named._asdict()) | dict(problem.labels)
+    labels = {part: list(words) for part, words in labels.items() if words}
+    parts |= {"labels": labels} if labels else {}
     parts |= {} if problem.start is None else {"start": written_set(problem.start)}
     parts |= {"uncertainty": uncertainty} if uncertainty else {}
     return parts | {"obstacles": obstacles}

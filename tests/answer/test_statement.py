@@ -59,6 +59,15 @@ def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     assert f" It is of {scene}. " in lines[0]
 
 
+def test_where_nothing_is_found_from_a_start_set_without_width_that_is_said():
+    """It asked for more work, and none of it finds a plan there."""
+    flat, wide = box([-0.1, 0.0], [0.1, 0.0]), box([-0.1, -1e-6], [0.1, 1e-6])
+    for start, said in ((flat, True), (wide, False)):
+        scene = lowered(query(gap().replace(start=start), line_model(4, 0.01)).nominal())
+        told = replace(nothing(), scene=scene).summary()
+        assert ("The start set has no width along y: give it some" in told) == said
+
+
 PART = "[-0.5, 0] x [-1, 1]"  # of the K of the toy
 
 

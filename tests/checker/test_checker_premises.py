@@ -180,6 +180,11 @@ def test_a_report_says_how_long_a_plan_is():
         answer = known.change(known.corridor(), {"problem__dt": dt, "problem__steps": 2})
         lines = list(checker.summary(checker.check_answer(json.loads(json.dumps(answer)))))
         assert f"NOT PROVED: anything later than the {seconds} s of a plan" in lines
+    both = known.bracket()  # where a file has plans, and shares of volume beside them
+    both |= {part: known.plain()[part] for part in ("samples", "sets")}
+    lines = list(checker.summary(checker.check_answer(build.rehash(both))))
+    assert any("undecided" in line for line in lines)
+    assert any(line.startswith("NOT PROVED: anything later") for line in lines)
 
 
 @pytest.mark.needs("node")

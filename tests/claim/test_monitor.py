@@ -40,6 +40,7 @@ from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.independent import marks_by_k, repeated
 from parc_jax.learning.runs.law import FITTED, TO_TRAINING, law_spec
 from parc_jax.learning.system import time_grid
+from parc_jax.learning.systems.chained import Chained
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -179,6 +180,19 @@ def test_a_log_of_a_part_of_k_is_of_another_law(claim):
     whole = law_spec("file:log", box([-1.0] * 2, [2.0] * 2), "logged", left_out)
     watch = monitor(logged, NET).observe(part.replace(domain=runs.domain, law=whole))
     assert "K = as declared, which 30 of 60 commands miss" in watch.details()
+
+
+def test_runs_of_a_chain_on_a_smaller_k_are_of_another_law(claim):
+    """Each of its manoeuvres draws from K: a true claim was refuted by those of a part of it."""
+    runs, small = collect(plant(exact), KEY, 60, quiet=True), box([0.5, 0.0], [1.0, 1.0])
+    chain = Chained(plant(exact), before=2, hand_over=(0.05, 1.0)).k_law
+    of = derived(claim, law=replace(claim.law, k_law=chain))
+    inside, law = small.contains(runs.k), replace(runs.law, k_law=chain)
+    part = runs.select(inside).replace(domain=small, law=law_spec(law.generator, small, chain))
+    with pytest.raises(InputError, match=r"got k by a chain .*, on another K\. Declare it"):
+        monitor(of, NET).observe(part)
+    assert monitor(of, NET, share=0.5).observe(part).seen == inside.sum()
+    assert monitor(of, NET).observe(runs.replace(law=law)).seen == 60
 
 
 def test_of_a_declared_law_one_run_of_each_recording_is_looked_at(claim):

@@ -478,6 +478,8 @@ def test_runs_that_mostly_fail_are_said_to_be_unlike_those_of_the_model():
     none = Validation(None, (Step(1.0, 1000, 501),), ASKED)
     assert "compare units, the order of k, and the robot" in none.sentence
     assert "Allow more risk" not in none.sentence
+    few = replace(none, steps=(Step(1.0, 1000, int(1000 * ASKED.risk) - 1),))
+    assert few.sentence.endswith("Allow more risk. Or more tests (recordings): these are few.")
 
 
 @pytest.mark.parametrize(

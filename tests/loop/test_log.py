@@ -40,6 +40,24 @@ def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, ca
     assert told["manoeuvres"] == 4 and told["premises"][0][:2] == ["manoeuvres", "checked"]
 
 
+def test_a_part_of_an_episode_says_what_is_not_in_it(tmp_path):
+    """Its last manoeuvre was left for one of which the file tells nothing."""
+    done, told = driven(False), {}
+    for name, some in {"all": done, "head": done[:2], "part": done[2:3]}.items():
+        told[name] = {x: value for x, _, value in check(episode_part(some)).premises}
+    with pytest.raises(InputError, match=r"expected an answer .* got an episode\."):
+        pj.load_answer(pj.drive.save_episode(tmp_path / "episode.json", done))
+    assert "NOT_IN_THE_FILE" not in told["all"] and told["all"]["measured of k"] == ["k1"]
+    left = [
+        f"those from {checker.rests_on.seconds(done[i].begin)} on, until when the last was followed"
+        for i in (2, 3)
+    ]
+    assert told["head"]["NOT_IN_THE_FILE"] == left[:1]
+    before = "those before number 2, the first of these"
+    assert told["part"]["NOT_IN_THE_FILE"] == [before, left[1]]
+    assert "what is measured of its k was so (k1)" in done[0].loop
+
+
 def test_of_what_moves_nothing_is_said_while_the_robot_rests():
     still, moves = (check(episode_part(driven(False, 2, spans))) for spans in (None, [(0, 3)]))
     assert (still.moving, moves.moving) == (0, 2)

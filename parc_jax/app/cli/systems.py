@@ -117,14 +117,17 @@ def asked_of(path: Path, scene: Path | None):
     problem of a scene file, or of the model's system. Raises InputError.
     """
     from parc_jax.learning.model import load
-    from parc_jax.problem.problem_file import labelled, load_problem
+    from parc_jax.problem.problem import require_dimensions
+    from parc_jax.problem.problem_file import load_problem
 
     sims = importlib.import_module("sims")
     along = str(path) in sims.NAMES and not path.is_file()
     model = load(sims.model_file(str(path)) if along else path)
     if scene is None:
         return model, scene_of(model)
-    return labelled(model, scene), load_problem(scene, model.points)
+    problem = load_problem(scene, model.points)
+    require_dimensions(problem, model)  # before its labels are the model's
+    return model.with_labels(dict(problem.labels)), problem
 
 
 def scene_of(model):

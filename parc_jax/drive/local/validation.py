@@ -180,9 +180,10 @@ class Validation:
                 f"{none} the exact checker refused {self.refused:,} corridors of the one that "
                 "passed. Validate with another key."
             )
+        few = " Or more tests (recordings): these are few." * (first.failed < asked.risk * first.n)
         allowed = most_discards(first.n, float(asked.risk), float(asked.delta))
         return (
             f"{none} of {first.n:,} tests of the first one {first.failed:,} failed, where a risk "
             f"of {risk} allows {allowed:,}. "
-            f"{UNLIKE if 2 * first.failed > first.n else 'Allow more risk.'}"
+            f"{UNLIKE if 2 * first.failed > first.n else f'Allow more risk.{few}'}"
         )

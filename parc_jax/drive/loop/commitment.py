@@ -177,7 +177,7 @@ class Commitment(Sealed):
         by += [f"a body of {'; '.join(shared['body'])}"]
         by += [f"safe for {known.words if known else 'what is measured, exactly'}"]
         given = ", ".join(name_of(model.labels.k[i]) for i in self.given)
-        by += [f"what is measured of its k was so ({given})"] * bool(known and given)
+        by += [f"what is measured of its k was so ({given})"] * bool(given)
         by += [f"{name.lower()} {told}" for name, told in self.untold.items()]
         by += [f"assumed {told}" for told in self.assumed]
         by += [shared["command"], f"premises {shared.hash[:12]}"]

@@ -19,6 +19,7 @@ from parc_jax.common.said import about_said, most_and_often
 from parc_jax.common.spelling import hex_text, nearest_floats, plain, rounded_down, rounded_up
 from parc_jax.drive.loop.commitment import COPIED, Commitment, copies_of, require_whole
 from parc_jax.drive.loop.statement import about_drift
+from parc_jax.learning.labels import name_of
 from parc_jax.learning.model import TrajectoryModel
 from parc_jax.learning.runs.files import write_atomic
 from parc_jax.problem.problem import Problem
@@ -84,6 +85,13 @@ def episode_part(
         said += f"least. {about_said(rests, told, len(commitments))}"
         others.append(("said of obstacles", ASSUMED, said))
     others += [(name, ASSUMED, value) for name, value in commitments[0].untold.items()]
+    if given := [name_of(first.query.model.labels.k[axis]) for axis in commitments[0].given]:
+        others.append(("measured of k", ASSUMED, given))
+    before, last = commitments[0].number, commitments[-1]
+    said = [f"those before number {before}, the first of these"] * (before > 0)
+    after = [at for at in last.episode.begins if at > last.begin]
+    said += [f"those from {seconds(at)} on, until when the last was followed" for at in after[:1]]
+    others += [("NOT_IN_THE_FILE", MEASURED, said)][: len(said)]
     if command := commitments[0].command:
         others.append(("COMMAND", ASSUMED, f"of each manoeuvre {command}"))
     if any(one.episode.copied for one in commitments):

@@ -186,7 +186,7 @@ class Monitor(Sealed):
         check_between(intersample_of(self.claim.assumptions), batch, moves_of(batch))
         require_unit(self.claim, batch)
         law, own = batch.law.of(batch.k), self.claim.law
-        elsewhere = own.is_even and (law.lo, law.hi) != (own.lo, own.hi)
+        elsewhere = own.draws_on_box and (law.lo, law.hi) != (own.lo, own.hi)
         elsewhere |= law.lacks(self.claim.domain)
         if not self.declared and (law.k_law != own.k_law or elsewhere):
             got = f"{law.how_drawn}{', on another K' if elsewhere else ''}"

@@ -50,6 +50,7 @@ LOG = "file:"  # begins the generator of runs that were logged
 FITS = [f"the smallest box of {whose} runs" for whose in ("these", "the training", "other")]
 TO_ALL, TO_TRAINING, TO_OTHERS = FITS  # where not one of a log's runs was left out
 SAMPLER = "the sampler "  # begins the law of k of a function: no name of one reads as another law
+CHAIN = "a chain of "  # begins that of chained manoeuvres
 GIVEN, LISTED = "given ", "values, sha256 "  # begins that of values; in that of a list
 LEFT = " left out"  # ends the number of windows that are no runs
 OF_EACH = f"{OURS}runs", "one drawn from those of each recording with k in K"  # of groups
@@ -100,6 +101,11 @@ class LawSpec:
     def is_even(self) -> bool:
         """Is k uniform on [lo, hi]?"""
         return self.k_law in ("uniform", told_of_part(replace(self, k_law="uniform")).k_law)
+
+    @property
+    def draws_on_box(self) -> bool:
+        """Is k drawn on all of [lo, hi], alone or for each manoeuvre of a chain?"""
+        return self.is_even or self.k_law.startswith(CHAIN)
 
     @property
     def fitted(self) -> str | None:

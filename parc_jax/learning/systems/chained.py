@@ -17,7 +17,7 @@ from parc_jax.common.arrays import as_float64
 from parc_jax.common.errors import InputError, check_count
 from parc_jax.common.spelling import counted, exact
 from parc_jax.learning.labels import labels_of
-from parc_jax.learning.runs.law import given_of
+from parc_jax.learning.runs.law import CHAIN, given_of
 from parc_jax.learning.system import check_system
 from parc_jax.learning.systems.user_code import blamed
 
@@ -48,7 +48,7 @@ class Chained:
         """How k is drawn, for a LawSpec."""
         begin, end = self.hand_over
         manoeuvres = counted(self.before, "manoeuvre")
-        return f"a chain of {manoeuvres} before it, {LEFT}{exact(begin)} to {exact(end)} s"
+        return f"{CHAIN}{manoeuvres} before it, {LEFT}{exact(begin)} to {exact(end)} s"
 
     @cached_property
     def leaves(self) -> np.ndarray:
@@ -126,7 +126,7 @@ def chained(system, before: int = 3, hand_over: tuple[float, float] | None = Non
 
 def hand_over_of(k_law: str) -> tuple[Fraction, Fraction] | None:
     """[s] `hand_over` of the chains that a law of k names, None where it names none."""
-    said = re.match(rf"a chain of .*{LEFT}(\S+) to (\S+) s", k_law)
+    said = re.match(rf"{CHAIN}.*{LEFT}(\S+) to (\S+) s", k_law)
     return None if said is None else (Fraction(said[1]), Fraction(said[2]))
 
 

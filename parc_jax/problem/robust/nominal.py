@@ -85,6 +85,8 @@ class Query:
             )
         require_under_way(problem.all_spans)
         require_dimensions(problem, model)
+        if problem.labels:  # compared; no other program for them
+            problem = replace(problem, labels=())
         _require_places(problem.body, model)
         _require_free(problem, model, pose)
         uncertainty = problem.uncertainty
