@@ -178,7 +178,7 @@ def test_copies_are_known_beside_runs_that_stand():
     for stood in (0, 2, 8):  # ends alone: of as few runs at a time, too
         ends = np.concatenate([end, np.zeros((stood, 2))])
         known = Marks(np.concatenate([k, np.zeros((stood, 2))]), ends, np.zeros((n + stood, 0)))
-        for m in (1, 5, n):
+        for m in (3, 5, n):
             copies = Marks(k[:m], np.round(end[:m], 6), np.zeros((m, 0)))
             assert len(near_copies(copies, known, np.ones(2))) == m
 
@@ -208,16 +208,37 @@ def test_ends_that_are_alike_by_feedback_are_of_no_copies():
         assert len(near_copies(some, one, np.ones(2))) == 0
 
 
-def test_a_log_in_two_storages_is_known_in_a_third():
-    """Each run had two ends then, as if runs of one k came out alike."""
+def test_a_log_in_three_storages_is_known_in_a_fourth():
+    """Each run had three ends then, as if runs of one k came out alike."""
     from parc_jax.learning.runs.independent import Marks, near_copies
 
     rng, n = np.random.default_rng(0), 60
     k, none = rng.uniform(0.5, 1.0, size=(n, 2)), np.zeros((n, 0))
     end = k + 0.01 * rng.normal(size=k.shape)
-    both = [Marks(k, x, none) for x in (end, end.astype(np.float32).astype(float))]
-    known = Marks(*(np.concatenate(x) for x in zip(*both, strict=True)))
-    assert len(near_copies(Marks(k, np.round(end, 7), none), known, np.ones(2))) == n
+    stored = end, end.astype(np.float32).astype(float), np.round(end, 6)
+    three = [Marks(k, x, none) for x in stored]
+    known = Marks(*(np.concatenate(x) for x in zip(*three, strict=True)))
+    assert len(near_copies(Marks(k, end + 2e-6, none), known, np.ones(2))) == n
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+@pytest.mark.parametrize("stored", [("f8", 12), ("f4", 12), ("f8", 3), ("f4", 3)])
+def test_a_list_that_is_driven_again_is_new(stored, axes):
+    """20 of 20 were refused: ends by chance in 1-D, in float32 in mm, records that lie in a tick;
+    half of a list again, beside new ones, is not."""
+    from parc_jax.learning.runs.independent import Marks, near_copies
+
+    rng, n, (dtype, decimals) = np.random.default_rng(0), 120, stored
+    for settings in (3, 10, 60, 120):
+        k = rng.uniform(0.5, 1.0, size=(settings, 2))[np.arange(2 * n) % settings]
+        p = k[:, :axes] + 5e-4 * rng.normal(size=(2 * n, axes))
+        for told in (p, p[:, None] * np.linspace(0.1, 1.0, 8)[:, None]):
+            told = np.round(told, decimals).astype(dtype).astype(float)
+            one, other = (Marks(k[i], told[i], k[i, :0]) for i in (slice(n), slice(n, 2 * n)))
+            assert len(near_copies(other, one, np.ones(2))) == 0
+            p_of = np.concatenate([one.p[: n // 2] * (1 + 3e-6), other.p[n // 2 :]])
+            if axes > 1:
+                assert len(near_copies(other._replace(p=p_of), one, np.ones(2))) >= n // 2
 
 
 def test_one_run_that_diverged_makes_no_others_alike():

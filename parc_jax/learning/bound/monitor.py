@@ -324,9 +324,10 @@ def require_new(claim: ErrorClaim, batch: RolloutBatch) -> None:
         told = " and ".join(f"{n} of {batch.n} are its {use} runs" for use, n in uses)
         raise InputError(
             f"{batch.name}: expected runs made after the claim; "
-            f"{'at least ' * (not old.all())}{told}, the first is row {batch.rows[old][0]}. Leave "
-            "them out, with copies of them and parts of their recordings, which are known by name "
-            "(give others other names: groups=, or files of bags), or draw new ones."
+            f"{'at least ' * (not old.all())}{told}, the first is row {batch.rows[old][0]}. Runs "
+            "of logs as near in k and end as copies count as these. Leave them out, with parts of "
+            "their recordings, which are known by name (give others other names: groups=, or "
+            "files of bags), or draw new ones, of other k where feedback makes ends alike."
         )
 
 

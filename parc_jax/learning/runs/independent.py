@@ -19,6 +19,7 @@ from parc_jax.learning.runs.batch import RolloutBatch
 _TIMES = 8  # records of a run that are compared
 LEAST_LENGTH = 1e-300  # [m], of a run that stands still
 _CHANCE = 1e-3  # of more near pairs among independent uniform draws than are tolerated
+_NEAR = 0.05  # of two runs of one k that are near by chance: a noise of 2e-4 of a length, in 1-D
 
 
 class Marks(NamedTuple):
@@ -39,59 +40,56 @@ def near_copies(one: Marks, other: Marks | None, width: np.ndarray) -> np.ndarra
     """Pairs (m, 2) of rows, of `one` and of `other` (None = of `one` again), that are the same run
     but for `TOLERANCES.near_k` and `near_p`. Failed runs are not compared.
 
-    width: (n_k,) of K. None when there are no more pairs than chance explains for k drawn uniformly
-    by a system without disturbance; of ends alone, than their rounding does.
+    width: (n_k,) of K. None when there are no more pairs than chance explains: for k drawn
+    uniformly by a system without disturbance, and of `other` for runs of one k. Pairs of equal
+    marks do not count: copies are known by content, others are told too coarsely.
     """
     from scipy.spatial import cKDTree
     from scipy.stats import binom
 
     both = one if other is None else Marks(*map(np.concatenate, zip(one, other, strict=True)))
-    p, n, n_k = both.p.reshape(len(both.p), -1), len(one.k), len(width)
+    p, n = both.p.reshape(len(both.p), -1), len(one.k)
     finite = np.isfinite(np.hstack([p, both.q])).all(axis=1)
     k, p, q = both.k[finite], p[finite], both.q[finite]
     # by the length of each run, so that neither those that stand nor one that diverged hide others
     length = np.abs(p).max(axis=1, initial=LEAST_LENGTH)[:, None]
     # half of each: where a p and the length are both off, their quotient is by twice as much
     parts = p / length / 2, np.log(length) / 2, q / np.abs(q).max(axis=0, initial=LEAST_LENGTH)
+    told = np.hstack([k, p.astype(np.float32), q.astype(np.float32)])  # as in a hash of content
     k = k / (TOLERANCES.near_k * np.where(width > 0, width, 1.0))
     rows = np.hstack([k, *(part / TOLERANCES.near_p for part in parts)])
-    first, second = np.flatnonzero(finite[:n]), np.flatnonzero(finite[n:])
-    ours, theirs = rows[: len(first)], rows[len(first) :]
+    m = int(finite[:n].sum())
+    tree, tries = cKDTree(rows[:m] if other is None else rows[m:]), n * (n - 1) // 2
     if other is None:
-        pairs = cKDTree(ours).query_pairs(1.0, p=np.inf, output_type="ndarray")
-        pairs, tries = np.sort(first[pairs.reshape(-1, 2)], axis=1), n * (n - 1) // 2
+        at = np.sort(tree.query_pairs(1.0, p=np.inf, output_type="ndarray"), axis=1)
     else:
-        tree = cKDTree(theirs)
-        which = tree.query(ours, p=np.inf, distance_upper_bound=1.0)[1]
-        hit = np.flatnonzero(which < len(theirs))
-        pairs, tries = np.stack([first[hit], second[which[hit]]], axis=1), n * len(theirs)
-    by_chance = tries * (2 * TOLERANCES.near_k) ** n_k
-    if both.p.ndim == 2 and other is not None and len(pairs):  # ends alone
-        alike = tree.query_ball_point(theirs, 1.0, p=np.inf, return_length=True) - 1
-        alike = np.where(alike > 1, alike, 0)  # a run in two storages has one
-        tries, by_chance = len(ours), max(by_chance, _by_rounding(k, p, length, alike))
-    pairs = pairs[np.lexsort(pairs.T[::-1])]
-    return pairs if len(pairs) > binom.isf(_CHANCE, tries, by_chance / max(tries, 1)) else pairs[:0]
+        which = tree.query(rows[:m], p=np.inf, distance_upper_bound=1.0)[1]
+        at = np.column_stack([np.arange(m), m + which])[which < tree.n]
+    equal = (told[at[:, 0]] == told[at[:, 1]]).all(axis=1)
+    chance = (2 * TOLERANCES.near_k) ** len(width)  # of near k
+    if other is not None and not equal.all():
+        mates = tree.query_ball_point(rows[m:], 1.0, p=np.inf, return_length=True)
+        _, same, times = np.unique(told[m:], axis=0, return_inverse=True, return_counts=True)
+        by_chance = _by_chance(np.round(k), mates - times[same.ravel()])
+        by_chance[at[equal, 0]] = 0.0
+        tries = m - int(equal.sum())
+        chance = min(chance * tree.n + by_chance.sum() / tries, 1.0)
+    pairs = (np.flatnonzero(finite)[at] - [0, 0 if other is None else n])[np.lexsort(at.T[::-1])]
+    return pairs if (~equal).sum() > binom.isf(_CHANCE, tries, chance) else pairs[:0]
 
 
-def _by_rounding(k: np.ndarray, p: np.ndarray, length: np.ndarray, alike: np.ndarray) -> float:
-    """Number of the first ends p (m, n_p) that may be one of the last of the same k (m, n_k), told
-    in TOLERANCES.near_k, as runs of one k end alike: of each k as many as its last ones show, or up
-    to half where these are too few to show it and were rounded. alike: (m - n,) near each of these.
+def _by_chance(k: np.ndarray, mates: np.ndarray) -> np.ndarray:
+    """Probability that each of the first runs is near one of the last of its k by chance, as these
+    are near each other. k: (m + n, n_k) of both. mates: (n,) number near each of the last.
     """
-    n = len(k) - len(alike)
-    of = np.unique(np.round(k), axis=0, return_inverse=True)[1].ravel()
-    many = np.bincount(of[n:], minlength=of.max() + 1)
-    _, at, times = np.unique(
-        np.column_stack([of, p])[n:], axis=0, return_index=True, return_counts=True
-    )
-    equal = np.bincount(of[n:][at], weights=times * (times - 1) / 2, minlength=len(many))  # pairs
-    equal = np.maximum(equal, np.bincount(of[n:], weights=alike / 2, minlength=len(many)))
-    step = 10.0 ** np.ceil(np.log10(TOLERANCES.near_p * np.median(length[n:])))
-    rounded = np.allclose(p[n:] / step, np.round(p[n:] / step), 0.0, 1e-3)
-    tried = np.maximum(many * (many - 1) / 2, 1)
-    due = np.maximum(many * (equal + 3 * np.sqrt(equal)), rounded * np.minimum(many, tried / 2))
-    return float(np.minimum(due / tried, 1.0)[of[:n]].sum())
+    of = np.unique(k, axis=0, return_inverse=True)[1].ravel()
+    first, last = np.split(of, [len(of) - len(mates)])
+    many = np.bincount(last, minlength=of.max() + 1)
+    near, pairs = mates.sum(), (many * (many - 1)).sum()
+    each = min(_NEAR, (near + 3 * np.sqrt(near) + 3) / max(pairs, 1))
+    # one run in three storages has two mates; more have ends that feedback makes alike
+    alike = np.bincount(last, mates > 2, len(many)) / np.maximum(many, 1)
+    return np.minimum(alike + each * many, 1.0)[first]
 
 
 # probability, about, of refusing uniform k: by all tests of their distribution, and for repeated k
