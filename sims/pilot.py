@@ -171,15 +171,18 @@ class Pilot:
         if last is not None and stamp <= last:
             raise InputError(
                 f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
-                f"{last / 1e9:.9f} s."
+                f"{last / 1e9:.9f} s. After a clock was set back, as that of a simulation, make a "
+                "new Pilot: what this one knows is of times ahead."
             )
-        self.readings.follow(message)
         others = [self.memory.scanned or 0, self.movers.stamp if self.movers else 0]
-        if last is None and max(others) - stamp > 1e9 * self.driving.stale:
-            self.memory.drop()  # what came before was compared with no clock yet
-            self.movers = None
+        other_clock = last is None and max(others) - stamp > 1e9 * self.driving.stale
+        with self.memory.kept():
+            if other_clock:
+                self.memory.drop()  # what came before was compared with no clock yet
+            self.memory.look(stamp, pose)
+            self.readings.follow(message)
+        self.movers = None if other_clock else self.movers
         self.given = given
-        self.memory.look(stamp, pose)
         return self._step(heard)
 
     def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:

@@ -1,6 +1,8 @@
 """The free space that a pilot remembers, of scans in a frame that drifts."""
 
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from copy import deepcopy
 from typing import Any
 
@@ -26,9 +28,9 @@ class Memory:
 
     seen: the space that is free; None before the first pose, and without a sensor. said: what the
     last scan refutes of it. stamp, first, pose: [ns] of the last pose, of the first one, and the
-    last one. added, scanned: [ns] of the last scan that was added, and that came. begun, before:
-    [ns] of where the last two manoeuvres of the episode began. since: [ns] of the first pose after
-    all was forgotten, None if it never was.
+    last one. added, scanned: [ns] of the last scan that was added, and that came. unused: [ns] of
+    the last one if it could not be added. begun, before: [ns] of where the last two manoeuvres of
+    the episode began. since: [ns] of the first pose after all was forgotten, None if it never was.
     """
 
     def __init__(self, driving: Driving, outline: Outline):
@@ -36,7 +38,7 @@ class Memory:
         self.seen: FreeSpace | None = None
         self.said = ""
         self.stamp = self.first = self.pose = None
-        self.scanned = self.added = None
+        self.scanned = self.added = self.unused = None
         self.begun = self.before = self.since = None
         self._rested: np.ndarray | None = None  # pose, while nothing is under way
         self._began_at = np.zeros(2)
@@ -61,6 +63,8 @@ class Memory:
             return "no pose was heard yet"
         # before the first one somebody looked around, for as long
         looked = self.first if self.since is None else self.since
+        if self.unused is not None and self.unused >= looked:
+            return "the last scan could not be used, and nothing else tells who has come"
         since = looked if self.added is None else self.added
         old = (self.stamp - since) / 1e9
         if old <= self.driving.stale:
@@ -110,11 +114,21 @@ class Memory:
         self._scans.clear()
         self.scanned = None
 
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """What raises within changes nothing."""
+        before = vars(self) | {"_scans": self._scans.copy(), "_track": self._track.copy()}
+        try:
+            yield
+        except Exception:
+            vars(self).update(before)
+            raise
+
     def restart(self) -> None:
         """Nothing is under way, and the frame may be another one: what was seen is forgotten. As at
         the start, a person has looked around the robot.
         """
-        self.begun = self.before = self.added = self.seen = self._rested = None
+        self.begun = self.before = self.added = self.unused = self.seen = self._rested = None
         self._track.clear()  # so scans from before are older than all poses
         self._again = True
 
@@ -149,10 +163,12 @@ class Memory:
         if self.seen is None or moved:  # nobody looks around a robot that moves
             self.seen = free_place(corners, (0.0 if moved else d.margin) - self.off)
         while self._scans and _swept(self._scans[0])[1] <= at:
+            scan, before = self._scans.popleft(), self.added
             try:
-                self._add(self._scans.popleft())
+                self._add(scan)
             except InputError as error:  # the pose is looked for in its tube all the same
                 self.said += f"a scan is not used: {error} "
+            self.unused = stamp_of(scan) if self.added == before else None
         self._forget(at)
         self.seen = self.seen.add(free_place(corners, -self.off))
 

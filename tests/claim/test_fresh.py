@@ -14,7 +14,7 @@ from parc_jax.common.keys import Stage
 from parc_jax.learning.bound.calibrate import calibrate, calibrate_bins
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.bound.declared import assumed_claim
-from parc_jax.learning.bound.fresh import left_out_beside, seen_in_training
+from parc_jax.learning.bound.fresh import left_out_beside, seen_in_training, used_by
 from parc_jax.learning.bound.monitor import monitor
 from parc_jax.learning.bound.pipeline import bound_error, update
 from parc_jax.learning.runs.batch import rollout_batch
@@ -307,6 +307,30 @@ def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
             runs = of(held, file, told)
             with pytest.raises(InputError, match=r"can be told.*Name them.*in groups.csv"):
                 calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
+
+
+def test_different_people_who_stand_are_no_copies(train, held, profile):
+    """Without those the claim would be about people who walk. Who is there twice is refused."""
+
+    def of(runs, groups, name="file:log"):
+        k, p, q = (np.array(getattr(runs, x)) for x in "kpq")
+        k[:9] = p[:9] = q[:9] = 0.0
+        return recorded(k, p, q, runs, groups=groups, name=name)
+
+    names = np.array([f"person {i}" for i in range(200)])
+    mine, theirs = of(train, names[:100]), of(held, names[100:], "file:other")
+    claim = calibrate(NET, theirs, profile, eps=0.1, train=mine)
+    others = OTHERS.removeprefix("copies ")
+    assert claim.n == 100 and f"FRESH(copies of runs that stand, and {others}" in claim.details()
+    fresh = of(held, np.char.add(names[:100], " of today"), "file:other").select(np.arange(9))
+    assert (used_by(claim, fresh) == "").all()
+    assert (used_by(claim, theirs) == "calibration").all()
+    assert seen_in_training(claim, mine).all() and not seen_in_training(claim, fresh).any()
+    with pytest.raises(InputError, match=r"9 of 100 runs belong to recordings"):
+        twice = np.append(names[:9], names[109:])
+        calibrate(NET, of(held, twice, "file:other"), profile, eps=0.1, train=mine)
+    with pytest.raises(InputError, match="8 of 100 runs occur twice"):
+        calibrate(NET, of(held, None), profile, eps=0.1)
 
 
 @pytest.mark.parametrize("name", ["rec{}", " REC{}\t", "ReC{}", "\uff52ec{}", "re\u0063{}\u00a0"])

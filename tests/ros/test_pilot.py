@@ -113,8 +113,17 @@ def state(one):
 def test_stamps_that_go_back_are_refused():
     one = pilot()
     one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
-    with pytest.raises(InputError, match="stamps that increase"):
+    with pytest.raises(InputError, match=r"stamps that increase.*set back.*make a new Pilot"):
         one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+
+
+def test_a_pose_that_is_nowhere_near_changes_nothing():
+    one = pilot(sensor=(0.0, 0.0, 0.0), noise=0.01, width=0.15, margin=0.3)
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    seen = one.seen
+    with pytest.raises(InputError, match="corners of the body"):
+        one.hear_pose(sliding.odometry([1e9, 0], [0, 0], 2 * 10**9))
+    assert one.seen is seen and one.memory.stamp == 10**9 and (one.pose == 0).all()
 
 
 def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):

@@ -35,10 +35,10 @@ def pilot(**asked):
     return Pilot(model(), RADIUS, Driving(**(known | asked)))
 
 
-def scan(world, path, at, each=0.0, frame="lidar"):
+def scan(world, path, at, each=0.0, frame="lidar", heading=0.0):
     """From path(beam), a place each; at [ns] of the first, `each` [s] between two."""
     ranges = [
-        cast(world, np.append(path(i), 0.0), np.array([angle]), 6.0)[0]
+        cast(world, np.append(path(i), heading), np.array([heading + angle]), 6.0)[0]
         for i, angle in enumerate(ANGLES)
     ]
     return sliding.Some(
@@ -308,6 +308,37 @@ def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():
     one.hear_scan(bad)
     step = one.hear_pose(sliding.odometry(np.array([0.0, 2.0]), rest, 12 * 10**8))
     assert step.left and "a scan is not used: " in one.said
+
+
+@pytest.mark.soundness
+def test_after_a_scan_that_could_not_be_used_nothing_begins_until_one_is():
+    """Somebody steps in front of it, and the scan that shows them is broken."""
+    one, rest, person = pilot(), np.zeros(2), shapely.Point(1.0, 0.0).buffer(0.3)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    bad = scan([person], lambda _: rest, 11 * 10**8)
+    bad.ranges, bad.angle_max = bad.ranges[:1], bad.angle_min
+    one.hear_scan(bad)
+    for at in (11, 12):
+        step = one.hear_pose(sliding.odometry(rest, rest, at * 10**8))
+        assert not step.new and "the last scan could not be used" in step.reason
+    one.hear_scan(scan([person], lambda _: rest, 13 * 10**8))
+    assert one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8)).new
+    assert not one.seen.region.intersects(person)
+
+
+@pytest.mark.soundness
+def test_a_lidar_that_turns_keeps_being_used_while_what_is_old_is_forgotten():
+    one, still, posts = pilot(age=2.0), lambda _: np.zeros(2), [shapely.box(1.5, -1.5, 1.6, -0.5)]
+    posts += [shapely.Point(1.2, 1.0).buffer(0.1), shapely.Point(-1.0, 0.7).buffer(0.2)]
+    person = shapely.Point(0.9, 0.0).buffer(0.2)
+    for tenth in range(10, 60):
+        at, yaw = tenth * 10**8, 0.4 * np.sin(0.05 * tenth)
+        world = [*posts, person] if tenth > 56 else posts
+        one.hear_scan(scan(world, still, at, heading=yaw))
+        one.hear_pose(sliding.odometry([0, 0], [0, 0], at, yaw=yaw))
+        assert "not used" not in one.said and not shapely.intersects(one.seen.region, world).any()
 
 
 def test_no_plan_is_made_for_later_where_what_is_free_has_an_age():

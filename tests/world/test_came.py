@@ -171,6 +171,19 @@ def test_what_is_not_seen_again_is_forgotten_and_what_is_stays():
     assert twice.add(yard()).region.contains(aside)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_lidar_that_sees_a_part_of_a_turn_is_remembered_and_forgotten_for_long(seed):
+    """Borders of what it forgot and sees again meet: lines are left over there, no areas."""
+    rng, free = np.random.default_rng(seed), free_place(BODY, 0.15)
+    world = a_world(rng, WIDTH, 40)
+    for i in range(60):
+        truth = np.array([0.3 * np.sin(0.02 * i), 0.2 * np.sin(0.05 * i), 0.8 * np.sin(0.15 * i)])
+        free = free.add(seen(AHEAD, rng, world, truth)).within(truth[:2], 4.0)
+        free = free.forget() if i % 10 == 9 else free
+        assert not shapely.intersects(free.region, world).any()
+    assert free.region.area > 1.0
+
+
 def test_who_came_stays_out_of_what_is_remembered_after_forgetting():
     came = np.full(301, 4.0)
     came[140:161] = 2.0

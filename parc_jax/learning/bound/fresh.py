@@ -48,7 +48,8 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
             "holdout: expected a K that these runs had no part in; it is the smallest box of their "
             "k. Declare it (domain=), split the runs, or pass the training runs to bound_error."
         )
-    if copies := len(scores.ids) - len(np.unique(scores.ids)):
+    ids = scores.ids[~_stand(scores)]
+    if copies := len(ids) - len(np.unique(ids)):
         raise InputError(
             f"holdout: {copies} of {len(scores.ids)} runs occur twice; remove the copies."
         )
@@ -60,7 +61,8 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
     if scores.seed is None:  # the rows of a seed are independent by construction
         pairs = near_copies(scores.marks, None, 2 * scores.subject.domain.radius)
         if scores.groups is not None:
-            pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
+            one, other = scores.groups[pairs].T
+            pairs = pairs[(one != other) & ~_stand(scores)[pairs[:, 0]]]
         if len(pairs):
             first, second = scores.rows[pairs[0]]
             raise InputError(
@@ -181,7 +183,7 @@ def used_by(claim: ErrorClaim, runs: RolloutBatch) -> np.ndarray:
             first, last = np.array(rows).T
             part = np.searchsorted(first, runs.rows, side="right") - 1
             old |= (part >= 0) & (runs.rows <= last[part])
-        uses[old] = use
+        uses[old & ~_stand(runs)] = use
     return uses
 
 
@@ -194,7 +196,7 @@ def _met(claim: ErrorClaim, use: str, runs: RolloutBatch) -> np.ndarray:
         ours = Marks(runs.k, runs.p[:, -1].astype(float), runs.q)
         met[near_copies(ours, Marks(*ends), 2 * claim.domain.radius)[:, 0]] = True
     names = [name for name in map(int, told.get("recordings", [])) if name >= NAMED]
-    return met if runs.groups is None else met | np.isin(runs.groups, names)
+    return met if runs.groups is None else met & ~_stand(runs) | np.isin(runs.groups, names)
 
 
 def not_named(claim: ErrorClaim, logs: bool, met: Set[str] = frozenset()) -> list[str]:
@@ -311,6 +313,7 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
         if scores.marks is not None:
             width = 2 * scores.subject.domain.radius
             seen[near_copies(scores.marks, marks_of(train), width)[:, 0]] = True
+        seen &= ~_stand(scores)  # their recordings are compared below
     if seen.any():
         raise InputError(
             f"holdout: {'at least ' * (not seen.all())}{seen.sum()} of {len(seen)} runs are "
@@ -343,12 +346,20 @@ def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
         return ()
     if train is None:
         return ("FRESH(there were no training runs to compare with)",)
-    said = f"copies other than with {_NEAR},"
+    said = f"copies {'of runs that stand, and ' * any(_stand(scores))}other than with {_NEAR},"
     if train.seed is None and (scores.groups is None or train.groups is None):
         said = f"other windows of recordings that training saw, or {said}"
     elif train.seed is None:
         said += " or parts of its recordings by another name or number,"
     return (f"FRESH({said} would not be recognised)",)
+
+
+def _stand(runs: RolloutBatch | Scores) -> np.ndarray:
+    """(n,) bool: runs that stand, of recordings. Those of any two are alike, and no copies."""
+    if runs.groups is None or runs.seed is not None:
+        return np.zeros(runs.n, bool)
+    marks = runs.marks if isinstance(runs, Scores) else marks_of(runs)
+    return ~marks.p.any(axis=(1, 2))
 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:

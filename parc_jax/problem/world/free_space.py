@@ -175,10 +175,10 @@ class FreeSpace:
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = (other.beams or STANDS).refuted(self.region)
         others, leaves, more = (self.beams or STANDS).refuted(other.region)
-        # only what is newer measures free what was refuted
+        # only what is newer measures free what was refuted; lines left over have no area
         seen = shapely.Polygon() if other.beams is None else other.region
-        gone = left.union(leaves).union(self.gone.difference(seen)).union(other.gone)
-        standing = self.standing.difference(seen).union(other.standing)
+        gone = left.union(leaves).union(_areas(self.gone.difference(seen))).union(other.gone)
+        standing = _areas(self.standing.difference(seen)).union(other.standing)
         # holes are filled before refuted parts leave, which would look like holes
         region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
         for away in (ends, others, gone, standing):
@@ -197,7 +197,7 @@ class FreeSpace:
             return replace(self, beams=None, newer=newer, memory=True)
         # a later scan may have refuted there what it could not refute within the newer part alone
         left = _areas(self.newer.region.intersection(self.region))
-        gone = self.gone.union(self.region).difference(left)
+        gone = _areas(self.gone.union(self.region).difference(left))
         told = {"beams": None, "newer": newer, "memory": True, "drift": self.newer.drift}
         return replace(self, region=left, gone=gone, refuting=0, **told)
 

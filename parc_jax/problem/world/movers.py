@@ -37,8 +37,8 @@ EVENLY = "from a moment drawn evenly"  # of windows that may bound: each moment 
 
 
 class Mover(NamedTuple):
-    """A mover as seen: at [s] of the clock it was at place (2,) [m], on its way along heading
-    [rad]; k (2,): speed [m/s] over the last step [s], and its turn [rad] against the one before.
+    """A mover as seen: at [s] of the clock at place (2,) [m], on its way along heading [rad], 0 of
+    who stands; k (2,): speed [m/s] over the last step [s], its turn [rad] against the one before.
     """
 
     at: float
@@ -85,7 +85,7 @@ def _seen(places: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     before, last = np.moveaxis(np.diff(places, axis=-2), -2, 0)
     heading = np.arctan2(last[..., 1], last[..., 0])
     turned = heading - np.arctan2(before[..., 1], before[..., 0])
-    # a track that stands has no direction
+    # who stands has no direction; `said` tells that it is told along x
     turned = np.where(np.linalg.norm(before, axis=-1) > 0, turned, 0.0)
     turned = np.arctan2(np.sin(turned), np.cos(turned))
     return heading, np.stack([np.linalg.norm(last, axis=-1) / step, turned], axis=-1)
@@ -251,7 +251,8 @@ def mover_obstacles(
     law = (
         f"Movers within {slot(exact(radius))} m, until the last interval of each: {held}, if they "
         "ignore the robot, and their places were measured as those of the tracks were, errors "
-        f"included. Of whoever is not among them nothing is said. {assumes(p)}"
+        "included, in a frame with the same x axis, along which who stands is taken to head. Of "
+        f"whoever is not among them nothing is said. {assumes(p)}"
     )
     until = rounded_down(str(steps * time.dt), 3)
     said = f"Until {until} s after the pose at {exact(at)} s, against {some}. {without_braces(law)}"
