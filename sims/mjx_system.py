@@ -78,7 +78,14 @@ class MJXSystem:
         _require_moved(self)
         key, k = jax.random.PRNGKey(0), jnp.zeros(self.domain.n)
         with blamed(f"{self.name}: expected functions that can be traced"):
-            jax.eval_shape(self._asked, key, k)  # some fill what they keep once they are asked
+            # some fill what they keep once they are asked
+            controls, _ = jax.eval_shape(self._asked, key, k)
+        wanted, got = (self.model.nu,), getattr(controls, "shape", type(controls).__name__)
+        if got != wanted:
+            raise InputError(
+                f"{self.name}: controller: expected (n_u,), here an array of shape {wanted}; got "
+                f"{got}."
+            )
         object.__setattr__(self, "law", dict(self.now))
 
     def _asked(self, key: jax.Array, k: jax.Array) -> tuple:

@@ -81,13 +81,14 @@ class Shield(gymnasium.Wrapper):
     `info["shield"]` has `proposed` and `driven`, actions; `changed`, whether the manoeuvre driven
     is another than the proposed one; `certified_until` [s] since the last reset or restart, its
     `told_until`; `clearance` [m], the least on all of it, -inf once a tube was left, its own or one
-    of a robot in its way; `reason`, why nothing new was committed
-    to, else empty. What there is nothing to say of is not in it, as vector environments want it:
-    `left`, True where the pose is outside of the tube of the manoeuvre under way, False where it
-    was not until another took over, once for each; `left_at_end`, the same where the episode ends,
-    after a whole `every`, not there, with a `reason`, if its pose is not sensed; `followed`,
-    `followed_at_end`, the share of its time that either is about, which `Monitor.bet` takes too.
-    `commitments`: of this episode. Raises InputError for arguments that do
+    of a robot in its way; `reason`, why nothing new was committed to, else empty. What there is
+    nothing to say of is not in it, as vector environments want it: `left`, once for each
+    manoeuvre, True where the pose is outside of its tube, whatever it is off by, False where it was
+    inside so until another took over, None where neither is known; `left_at_end`, the same where
+    the episode ends, after a whole `every`. Both are NumPy's bools, which vector environments keep
+    beside None, and of places at steps alone: between them, or by other goal states (q), a tube may
+    be left unseen. `followed`, `followed_at_end`, the share of its time that either is about, which
+    `Monitor.bet` takes too. `commitments`: of this episode. Raises InputError for arguments that do
     not belong together, and in `reset` where no stop is certified. An action that is none, or
     cannot be asked for or driven, and sensing that fails or leads out of the tube, end in the stop
     under way, with a sentence.
@@ -160,7 +161,7 @@ class Shield(gymnasium.Wrapper):
         self._observation: Any = None
         self._last = self._rows[0, self._given]  # the last given parameters that were finite
         self._steps: int | None = None  # None until a reset has certified a stop
-        self._left = False  # the tube of the manoeuvre under way, and that was told
+        self._left: bool | None = False  # the tube of the manoeuvre under way; as of `Step`
         self._require_actions(model.domain.lo, model.domain.hi, self._rows[0])
 
     def reset(self, **options: Any) -> tuple[Any, dict]:
@@ -204,25 +205,25 @@ class Shield(gymnasium.Wrapper):
         assert one is not None  # the stop of the reset at least
         driven = self._driven(one.k, now - float(one.begin))
         over = bool(decision.new and now)  # the manoeuvre before; each is told of once
-        left = None if self._left or not (over or decision.left) else decision.left
-        self._left = decision.left or (self._left and not over)
+        before, left = self._left, self._seen(decision.left)
+        tells = {"left": left} if before is not True and (over or left) else {}
+        self._left = False if over else left
         # an environment that raises may have moved on: without another reset nothing is certified
         steps, self._steps = self._steps, None
         observation, reward, terminated, truncated, info = self.env.step(driven.copy())
-        why, at_end = decision.reason, None
+        why = decision.reason
         if terminated or truncated:
             at_end, unknown = self._left_at_end(observation, now + self.every)
             why = "; ".join(filter(None, [why, unknown]))
+            tells |= {} if self._left else {"left_at_end": at_end}
         # of what comes after the end no stop was certified
         self._steps = None if terminated or truncated else steps + 1
         self._observation = deepcopy(observation)  # the policy may write into its own
-        proposed = None
+        about = self._about(one) | {"driven": driven, "changed": changed, "reason": why}
         with contextlib.suppress(Exception):  # the policy may propose anything
-            proposed = np.array(action)
-        about = {"proposed": proposed, "driven": driven, "changed": changed, "reason": why}
-        about |= {"left": left, "left_at_end": at_end, "followed": followed}
-        about |= {"followed_at_end": self._followed(now + self.every)} | self._about(one)
-        about = {name: value for name, value in about.items() if value is not None}
+            about["proposed"] = np.array(action)
+        about |= {"followed": followed, "followed_at_end": self._followed(now + self.every)}
+        about |= {at: x if x is None else np.bool_(x) for at, x in tells.items()}
         return observation, reward, terminated, truncated, info | {"shield": about}
 
     def certificate(self, path: str | Path, meta: dict | None = None) -> Path:
@@ -238,7 +239,7 @@ class Shield(gymnasium.Wrapper):
         except Exception as error:  # the user's code may raise anything
             return self.loop.go_on(f"what is sensed is not known: {said(error)}"), True
         self._remember(seen)
-        first = self.commitments[0]
+        where, first = (seen.pose, now, seen.drift, seen.given), self.commitments[0]
         try:
             proposed = self._asked(action)
             if not self._steps:  # the time of the reset: its stop, or another in its place
@@ -250,7 +251,7 @@ class Shield(gymnasium.Wrapper):
             if isinstance(error, MemoryError | SoundnessError):
                 raise
             why = str(error).rstrip(".") if isinstance(error, InputError) else said(error)
-            return self.loop.go_on(why, None, seen.pose, now, seen.drift), True
+            return self.loop.go_on(why, None, *where), True
         if step.new:
             if not self._steps:
                 self.commitments.clear()
@@ -258,19 +259,22 @@ class Shield(gymnasium.Wrapper):
             return step, not np.array_equal(step.committed.k[self._chosen], proposed)
         if not self._steps:
             self.loop.restart(first)
-            return self.loop.go_on(step.reason, None, seen.pose, now, seen.drift), True
+            return self.loop.go_on(step.reason, None, *where), True
         return step, True
 
     def _left_at_end(self, observation: Any, now: float) -> tuple[bool | None, str]:
-        """Is the last pose outside of the tube under way? None where told or not known; why not."""
-        shape = self.commitments[-1].asked.pose.values.shape
+        """Was the tube under way left by the last pose? None where that is not known; why not."""
         try:
             seen = self._sensed(observation)
-            pose, drift = as_float64("pose", seen.pose, shape), at_least("drift", seen.drift)
+            step = self.loop.go_on("", None, seen.pose, now, seen.drift, seen.given)
         except Exception as error:  # of a world that ended nothing may be there to sense
-            return None, f"what is sensed at the end is not known: {said(error)}"
-        left = self.loop.go_on("", None, pose, now, drift).left
-        return (None if self._left else left), ""
+            return self._seen(None), f"what is sensed at the end is not known: {said(error)}"
+        left = self._seen(step.left)
+        return left, "nobody knows whether the last tube was left" * (left is None)
+
+    def _seen(self, left: bool | None) -> bool | None:
+        """Of all looks at the manoeuvre under way: what one found, or left open, stays so."""
+        return max(self._left, left, key=(False, None, True).index)
 
     def _followed(self, now: float) -> float:
         """Share of the manoeuvre under way, its stop included, that was driven by now."""

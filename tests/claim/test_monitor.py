@@ -213,8 +213,8 @@ def test_of_a_declared_law_one_run_of_each_recording_is_looked_at(claim):
 
 def test_what_is_no_argument_of_a_monitor_is_refused(claim):
     runs, watch = collect(plant(disturbed), KEY, 5, quiet=True), monitor(claim, NET)
-    for bet in (None, "a", np.nan, 2, -1, 0.0, np.array([True, False]), np.array(1), [[True], []]):
-        with pytest.raises(InputError, match=r"bet: expected True or False.* Got"):
+    for bet in ("a", np.nan, 2, -1, 0.0, np.array([True, False]), np.array(1), [[True], []]):
+        with pytest.raises(InputError, match=r"bet: expected True, False, None.* Got"):
             watch.bet(bet)
     for bet in (np.bool_(True), np.array(True), jnp.asarray(True)):
         assert watch.bet(bet).left == 1 and watch.bet(~bet).left == 0
@@ -503,7 +503,10 @@ def test_each_premise_of_a_monitor_is_in_its_sentence(claim):
     runs = runs.replace(lost=np.arange(40) % 2)
     claim = derived(claim, evidence={"seen": []})
     watch = monitor(claim, NET).observe(runs.select(slice(0, 15))).bet(False)
-    assert "TOLD(1 by `bet`, not looked at, each followed to its end)" in watch.details()
+    assert (
+        "TOLD(1 by `bet`, not looked at, each that stayed followed to its end, a shield's"
+        in watch.details()
+    )
     assert "TOLD" not in monitor(claim, NET).observe(runs).details()
     of = lambda other: {"claim": other, "of": other.hash}  # noqa: E731
     changed = {
@@ -547,11 +550,22 @@ def test_a_run_that_was_cut_short_is_no_run_that_stayed(claim):
     for outside, followed in ((False, 0.01), (False, 1.0), (True, 0.3), (False, 0.02)):
         watch = watch.bet(outside, followed)
     assert (watch.seen, watch.left) == (4, 1)
-    told = "TOLD(4 by `bet`, not looked at, 2 that stayed followed for 1.5 % of their time alone)"
+    told = "TOLD(4 by `bet`, not looked at, 2 that stayed followed for 1.5 % of their time alone,"
     assert told in watch.details()
     for wrong in (1.01, 50, -0.1, np.nan, True, "all"):
         with pytest.raises(InputError, match="bet: "):
             watch.bet(False, wrong)
+
+
+def test_a_run_of_which_nobody_knows_is_counted_and_wins_nothing(claim):
+    """It had to be told as one that stayed, or not at all."""
+    watch = monitor(claim, NET).bet(None, 0.3).bet(True)
+    assert (watch.seen, watch.left) == (2, 1)
+    assert watch.e_value == monitor(claim, NET).bet(False).bet(True).e_value
+    said = "of 2 runs (1 of which nobody knows whether they left, no win of a bet) 1 left"
+    assert said in repr(watch) and said.replace("of", "Of", 1)[:20] in watch.details()
+    assert "followed to its end, a shield's seen at its steps alone" in watch.details()
+    assert replace(watch, unknown=0).details() != watch.details()
 
 
 def test_the_bets_of_a_monitor_are_against_its_own_claim(claim):

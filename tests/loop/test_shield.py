@@ -23,7 +23,16 @@ from parc_jax.learning.systems.content import whole_digest
 
 need("gymnasium")
 import gymnasium  # noqa: E402
-from platform_env import Platform, act, platform_model, sense, shielded  # noqa: E402
+from platform_env import (  # noqa: E402
+    HELD,
+    TIME,
+    WIDTH,
+    Platform,
+    act,
+    platform_model,
+    sense,
+    shielded,
+)
 
 AHEAD = np.array([1.0, 0.0])  # into the post
 
@@ -368,7 +377,7 @@ def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path,
         bare.heavier = heavier
         assert "left_at_end" not in env.reset()[1]["shield"]
         told = env.step(AHEAD * 0.7)[4]["shield"]
-        assert told["left_at_end"] is left and told["reason"] == "" and not told["changed"]
+        assert told["left_at_end"] == left and told["reason"] == "" and not told["changed"]
         assert told["followed_at_end"] == pytest.approx(env.every / float(env.loop.lasts))
         assert (told["clearance"] == -np.inf) is left
         file = checker.load(env.certificate(tmp_path / "end.json"))
@@ -376,7 +385,7 @@ def test_a_tube_that_was_left_when_the_episode_ended_is_told_of(model, tmp_path,
     env.reset()
     gone.append(True)
     told = env.step(AHEAD * 0.7)[4]["shield"]
-    assert "left_at_end" not in told and told["clearance"] > 0
+    assert told["left_at_end"] is None and told["clearance"] > 0
     assert told["reason"] == "what is sensed at the end is not known: OSError: no scan"
 
 
@@ -476,12 +485,12 @@ def test_a_tube_that_was_left_is_told_though_its_action_failed_once(model):
     env = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=seen, act=driven)
     env.reset()
     for _ in range(2):
-        assert env.step(AHEAD * 0.7)[4]["shield"].get("left") is not True
+        assert env.step(AHEAD * 0.7)[4]["shield"].get("left") in (None, False)
     faults.append("bus")
     with pytest.raises(pj.InputError, match="the bus is down"):
         env.step(AHEAD * 0.7)
     faults.append("mended")
-    assert env.step(AHEAD * 0.7)[4]["shield"]["left"] is True
+    assert env.step(AHEAD * 0.7)[4]["shield"]["left"]
 
 
 def test_the_brake_goes_on_with_what_was_measured_last(model):
@@ -622,6 +631,121 @@ def test_a_vector_environment_tells_of_each_tube_once(model):
             if "left" in about and about["_left"][i]:
                 of.append(bool(about["left"][i]))
     assert told == [[False] * 5, [True]] or told == [[False] * 5, [False, True]]
+
+
+def test_a_tube_within_what_poses_are_uncertain_by_is_not_told_as_kept(model):
+    """A robot that goes a quarter farther was told as inside; one that is inside by more is."""
+    for uncertain, heavier, found in ((0.1, 1.25, None), (0.002, 1.0, False), (0.002, 1.25, True)):
+        known = pj.Uncertainty(start=uncertain)
+        env = shielded(Platform(posts=[[9.0, 9.0]], heavier=heavier), model, uncertainty=known)
+        env.reset()
+        told = [env.step(AHEAD * 0.7)[4]["shield"] for _ in range(2)]
+        assert "left" not in told[0] and told[1]["left"] == found
+
+
+def test_once_unknown_of_a_manoeuvre_stays_so(model):
+    """A look that says nothing between two that say "inside": it may have left then."""
+    poses = []
+
+    def seen(env, observation):
+        one = sense(env, observation)
+        return one._replace(pose=one.pose * (np.nan if poses else 1.0))
+
+    env = shielded(Platform(posts=[[9.0, 9.0]]), model, sense=seen)
+    env.reset()
+    for unknown, told in ((0, ""), (1, ""), (0, "left")):
+        poses[:] = [1] * unknown
+        shield = env.step(AHEAD / 2)[4]["shield"]
+        assert ("left" in shield) == bool(told)
+    assert shield["left"] is None
+
+
+class Trailer(Platform):
+    """A platform of two points; the other one, measured, is 8 cm aside after a step."""
+
+    def __init__(self):
+        super().__init__(posts=[[9.0, 9.0]])
+        self.ends = False
+
+    def step(self, action):
+        self.place = self.place + np.asarray(action) * HELD
+        return np.array([*self.place, 0.08]), 0.0, False, self.ends, {}
+
+    def reset(self, **options):
+        super().reset(**options)
+        return np.zeros(3), {}
+
+
+def trailer_shield(bare):
+    """k: how far aside the second point is, and a speed for `HELD` seconds."""
+    ways = np.minimum(TIME.dt * np.arange(TIME.n_steps + 1), HELD)
+    place = np.array([[[0, t, 0], [0, 0, t], [0, t, 0], [1, 0, t]] for t in ways])
+    weight = np.concatenate([place[0, 2:], *place[1:]])
+    net = pj.learning.relu_network([weight], [np.zeros(len(weight))])
+    domain = pj.box([-0.3, -1.0, -1.0], [0.3, 1.0, 1.0])
+    tube = pj.learning.tube(
+        [[a, b] for a, b in zip(domain.lo, domain.hi, strict=True)],
+        *(np.full(shape, WIDTH) for shape in ((1, TIME.n_steps, 4), (1, 4))),
+        n_points=2,
+    )
+    about = {"system": "trailer", "points": ("hull", "trailer"), "given": (0,)}
+    claim = pj.learning.declared_claim(tube, "this test declares it", net, TIME, **about)
+    system = SimpleNamespace(
+        name="trailer", n_p=2, n_q=0, points=about["points"], given=(0,), domain=domain, time=TIME
+    )
+    system.rollout_batch = None
+    return shielded(
+        bare,
+        pj.learning.trajectory_model(net, claim),
+        system=system,
+        body=pj.problem.hull("hull", "trailer", radius=0.15),
+        sense=lambda env, seen: pj.drive.Sensed(seen[:2], seen[2:], []),
+        act=lambda k, seconds, given: np.asarray(k)[1:] * (seconds < HELD / 2),
+    )
+
+
+@pytest.mark.parametrize("how", ["ends", "none", "ends, given not known"])
+def test_a_trailer_that_left_is_seen_by_all_of_its_points(how):
+    """At the end, and where an action is none, the first point alone was looked at."""
+    bare = Trailer()
+    env = trailer_shield(bare)
+    if "given" in how:
+        of = env._sense
+        env._sense = lambda env, seen: of(env, seen)._replace(given=[0.0 if not bare.ends else 9.0])
+    env.reset()
+    bare.ends = how != "none"
+    told = env.step(AHEAD / 2)[4]["shield"]
+    if how == "none":
+        assert env.step(AHEAD * np.nan)[4]["shield"]["left"]
+    elif how == "ends":
+        assert told["left_at_end"]
+    else:
+        assert told["left_at_end"] is None and "nobody knows whether" in told["reason"]
+
+
+@pytest.mark.parametrize("kind", ["NEXT_STEP", "SAME_STEP"])
+def test_a_vector_environment_keeps_what_is_not_known(model, kind):
+    """Beside bools None became False; in SAME_STEP the last manoeuvre's is in `final_info`."""
+
+    def one(known):
+        bare = gymnasium.wrappers.TimeLimit(Platform(posts=[[9.0, 9.0]]), 3)
+        return shielded(bare, model, uncertainty=known)
+
+    envs = gymnasium.vector.SyncVectorEnv(
+        [lambda: one(None), lambda: one(pj.Uncertainty(start=0.1))],
+        autoreset_mode=gymnasium.vector.AutoresetMode[kind],
+    )
+    envs.reset(seed=0)
+    for _ in range(3):
+        *_, infos = envs.step(np.stack([AHEAD / 2] * 2))
+    last = infos if kind == "NEXT_STEP" else infos["final_info"]
+    assert list(last["shield"]["left_at_end"]) == [False, None]
+    assert last["shield"]["_left_at_end"].all()
+
+
+def test_a_certificate_of_no_episode_is_refused_with_what_to_do(model, tmp_path):
+    with pytest.raises(pj.InputError, match="The first is of a loop's step, or of a Shield's res"):
+        shielded(model=model).certificate(tmp_path / "none.json")
 
 
 def test_where_no_stop_is_certified_no_episode_begins_anew(model):

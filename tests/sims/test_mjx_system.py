@@ -142,6 +142,12 @@ def test_a_controller_that_cannot_be_traced_is_refused_with_its_line():
         mjx_system(MODEL, lambda q, v, t, k: q[:0] if k[0] > 0 else q[1:1], DOMAIN, TIME)
 
 
+def test_a_controller_of_another_shape_is_refused_before_it_runs():
+    """It was refused in the first run, by a line of ours."""
+    with pytest.raises(InputError, match=r"controller: expected \(n_u,\), .* \(0,\); got \(2,\)"):
+        mjx_system(MODEL, lambda q, v, t, k: q, DOMAIN, TIME)
+
+
 @pytest.mark.slow  # compiles a model of its own, twice
 @pytest.mark.parametrize("what", ["model", "controller"])
 def test_what_is_changed_in_place_is_refused_also_after_runs(what):

@@ -195,13 +195,14 @@ class Commitment(Sealed):
 class Step:
     """The decision of one step. committed: the manoeuvre under way from now on, None before the
     first one. new: it was committed to in this step; else the robot continues it, to its end.
-    reason: why there is no new one, else empty. left: the pose is outside of the tube under way.
+    reason: why there is no new one, else empty. left: the pose is outside of the tube that was
+    under way, whatever it may be off by; False inside of it so; None where neither is known.
     """
 
     committed: Commitment | None
     new: bool
     reason: str = ""
-    left: bool = False
+    left: bool | None = None
 
 
 class LeftTube(InputError):
@@ -216,7 +217,8 @@ def copies_of(asked: NominalProblem) -> int:
 def require_whole(where: str, commitments: Sequence[Commitment]) -> None:
     """Raises InputError unless these follow each other, none left out, in one loop's episode."""
     if not isinstance(commitments, Sequence) or {*map(type, commitments)} != {Commitment}:
-        raise InputError(f"{where}: expected a list of commitments alone; got {commitments!r:.60}.")
+        got = f"got {commitments!r:.60}. The first is of a loop's step, or of a Shield's reset."
+        raise InputError(f"{where}: expected a list of commitments alone; {got}")
     for one, other in pairwise(commitments):
         agree(f"{where}: commitments of one loop", one.shared, other.shared)
         if other.number != one.number + 1 or one.episode is not other.episode:
@@ -309,9 +311,10 @@ def left_tube(
     return False
 
 
-def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | None) -> float:
+def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | None) -> tuple:
     """Distance [m] of a measured pose from the places that a manoeuvre may have led to by a time of
-    the clock, of the farthest reference point; 0 inside. [T38]
+    the clock, of the farthest reference point; 0 inside. [T38] Beside it by how much, along an
+    axis, the true one may be outside; less than 0 where all are inside, infinite if not known.
 
     k (n_k,): with the parameters measured at the pose; its start places the other points. None
     where they are not known: of the first point alone, which is where the pose is.
@@ -338,9 +341,11 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
     allowed = np.maximum(allowed.reshape(-1, n_p) - ROUNDED, ROUNDED)
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
-    allowed = allowed + 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
-    beyond = np.maximum(np.abs(there - way.reshape(-1, n_p)) - allowed, 0.0)
-    return float(np.linalg.norm(beyond, axis=1)[points].max())
+    doubt = 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
+    off = np.abs(there - way.reshape(-1, n_p)) - allowed
+    beyond = np.linalg.norm(np.maximum(off - doubt, 0.0), axis=1)[points].max()
+    most = (off + doubt + 2 * at_start.reshape(-1, n_p)).max()  # their start is not measured
+    return float(beyond), float(most if len(off[points]) == len(off) else np.inf)
 
 
 def leads_to(last: Commitment, region: "shapely.Geometry", drift: float) -> bool:

@@ -196,13 +196,13 @@ class Loop:
                     raise InputError(f"measured: expected the loop's own clock, {got}")
             now, here = self._time(at, begins=True), self._here(pose)
             k = self._all_of_k(self._with_command(given, now))
-            self._require_inside(here, now, k[0], drift)
+            left = self._require_inside(here, now, k[0], drift)
             drifted = float(drift) + (0.0 if self.under_way is None else self.under_way.drifted)
             scene = self._scenes.scene(here, obstacles, spans, goal, now, drifted)
         except LeftTube as error:
             return replace(stop(str(error).rstrip(".")), left=True)
         except InputError as error:
-            return stop(str(error).rstrip("."), pose=pose, at=at)
+            return stop(str(error).rstrip("."), pose=pose, at=at, given=given)
         k.setflags(write=False)  # `prefer` sees what is measured, and what is committed to
         said = prefer(listed.outlook(self.model, here, k, self._leaving.intervals))
         try:
@@ -224,10 +224,9 @@ class Loop:
             judged, looks = min(judged + safe.judged, most), looks + safe.looks
             # read after the verdicts: a manoeuvre that was proved too late begins too late
             if self._clock() - begin > self.effort.deadline:
-                return stop(
-                    f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline; "
-                    f"{judged:,} of {len(order):,} candidates were looked at"
-                )
+                late = f"no manoeuvre was proved within {self.effort.deadline:g} s, effort.deadline"
+                late += f"; {judged:,} of {len(order):,} candidates were looked at"
+                return replace(stop(late), left=left)
             i = int(np.argmax(np.minimum(safe.clearance, room))) if len(safe.rows) else -1
             if i >= 0 and safe.clearance[i] >= least:
                 chosen, clear = k[rows[safe.rows[i]]], float(safe.clearance[i])
@@ -239,7 +238,7 @@ class Loop:
                 self._before, self.under_way, self._last = self.under_way, one, one
                 self._episode[:] = [one]
                 self._episode.begins += (now,)
-                return Step(one, True)
+                return Step(one, True, left=left)
         more = ""
         if judged < len(order):
             which = "looks" if judged < most else "judged"
@@ -252,7 +251,7 @@ class Loop:
         if least:
             more = f" with {exact(least)} m of clearance{more}"
         why = self._scenes.why_none(scene, k, k[order[:judged]]) if explain else ""
-        return stop(f"none of {judged:,} candidates is safe{more}{why}")
+        return replace(stop(f"none of {judged:,} candidates is safe{more}{why}"), left=left)
 
     def another(self) -> "Loop":
         """A loop for another robot of the same kind, at rest; what was compiled serves both."""
@@ -279,28 +278,34 @@ class Loop:
         pose: ArrayLike | None = None,
         at: float | None = None,
         drift: float = 0.0,
+        given: ArrayLike | None = None,
     ) -> Step:
         """Continue the manoeuvre under way to its stop, for a reason of the caller: an invalid
         scan, a place without free space. gone: as of `step`; the sentence says whether the
-        manoeuvre may lead there. pose, at, drift: as of `step`, where they are known: its first
-        reference point, where outside the tube, is said first. Raises InputError for a wrong gone.
+        manoeuvre may lead there. pose, at, drift, given: as of `step`, where they are known; what
+        is outside the tube is said first, without given of the first reference point alone. Raises
+        InputError for a wrong gone.
         """
-        left, gone = "" if pose is None else self._left(pose, at, drift), _region(gone)
+        (outside, left), gone = self._left(pose, at, drift, given), _region(gone)
         last, off = self.under_way, math.inf  # of a drift that is not known it may lead anywhere
-        reason = "; ".join(filter(None, [left, last and last.others_left, reason]))
+        reason = "; ".join(filter(None, [outside, last and last.others_left, reason]))
         with contextlib.suppress(InputError):
             off = at_least("drift", drift)
         if last is not None and gone is not None and leads_to(last, gone, off):
             reason += "; the manoeuvre under way may lead where it is no longer known to be free"
-        return Step(last, False, reason, bool(left))
+        return Step(last, False, reason, left)
 
-    def _left(self, pose: ArrayLike, at: float | None, drift: float) -> str:
-        """Why a pose is not of the manoeuvre under way; empty where it is, or none was measured."""
+    def _left(self, pose: Any, at: float | None, drift: float, given: Any):
+        """Why a pose is not of the manoeuvre under way, else empty; whether, as of `Step`."""
+        k = None
         try:
-            self._require_inside(self._here(pose), self._time(at), None, drift)
+            here, now = self._here(pose), self._time(at)
+            with contextlib.suppress(InputError):  # else of the first reference point alone
+                k = self._all_of_k(self._with_command(given, now))[0]
+            return "", self._require_inside(here, now, k, drift)
         except InputError as error:
-            return str(error).rstrip(".") if isinstance(error, LeftTube) else ""
-        return ""
+            left = isinstance(error, LeftTube)
+            return (str(error).rstrip("."), True) if left else ("", None)
 
     def _here(self, pose: ArrayLike) -> Pose:
         here = pose_of(pose, self.model)
@@ -335,26 +340,27 @@ class Loop:
         values[command.axes] = command.command(self.under_way, at)
         return values[list(self.given)]
 
-    def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float) -> None:
-        """Raises LeftTube for a pose beyond the tube under way. k: as of `outside_tube`. [T38]"""
+    def _require_inside(self, pose: Pose, at: Fraction, k: np.ndarray | None, drift: float):
+        """As of `Step.left`; raises LeftTube for a pose beyond. k: as of `outside_tube`. [T38]"""
         last = self.under_way
         drift = at_least("drift", drift)
         if last is None:
-            return
+            return False
         if last.seen_outside:
             raise LeftTube(
                 f"at: by {exact(last.seen_outside[0])} s a pose was beyond what tube, "
                 "uncertainty and drift of the manoeuvre under way allow. At rest, begin again with "
                 "`restart`."
             )
-        if (outside := outside_tube(last, pose, at, k)) <= drift:
-            return
+        outside, most = outside_tube(last, pose, at, k)
+        if outside <= drift:
+            return False if most + drift <= 0 else None
         last.seen_outside.append(at)
         self._episode.outside += (at,)
         late, before = "", self._before
         earlier = (last, pose, last.begin) if before is None else (before, pose, at)
         # inside of the tube before: the robot does not follow the last command yet
-        if outside_tube(*earlier, k) <= drift:
+        if outside_tube(*earlier, k)[0] <= drift:
             late = ", and where it would be had the last command come late or never: see thinking"
         raise LeftTube(
             f"at: expected a pose to which the manoeuvre under way may have led by {exact(at)} "

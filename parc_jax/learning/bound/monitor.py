@@ -40,7 +40,8 @@ class Monitor(Sealed):
     missing: rows of these files, by file, that were not observed, among which those that failed may
     be. failed: of them, those that `closed` counted. lost: of the runs, those made again. laws: of
     the observed runs, in words. logs: whether any are of a log. of: hash of the claim. cut: bets on
-    runs that stayed, but were followed in part alone; followed: the sum of these parts.
+    runs that stayed, but were followed in part alone; followed: the sum of these parts. unknown:
+    bets on runs of which nobody knows whether they left.
     """
 
     claim: ErrorClaim
@@ -66,6 +67,7 @@ class Monitor(Sealed):
     of: str = ""
     cut: int = 0
     followed: float = 0.0
+    unknown: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,11 +104,13 @@ class Monitor(Sealed):
         bets = self.seen - self.failed - len(self.groups or self.ids)
         longer = bets > 0 and claim.unit != RUNS  # one of a drive is a part of a recording
         many = claim.unit.many + " and manoeuvres" * longer
+        unknown = f" ({self.unknown:,} of which nobody knows whether they left, no win of a bet)"
         told: dict[str, Any] = {
             "claim": claim.hash[:12],
             "rate": rounded_up(str(self.rate), DIGITS),
             "alpha": rounded_up(str(self.alpha), DIGITS),
-            "seen": counted(self.seen, many.replace("s and", " or").removesuffix("s"), many),
+            "seen": counted(self.seen, many.replace("s and", " or").removesuffix("s"), many)
+            + unknown * bool(self.unknown),
             "laws": sorted(self.laws) or "whose law nobody told",
             "left": self.left,
             # one that rings has no less than rings, also where both are told in short
@@ -114,10 +118,11 @@ class Monitor(Sealed):
             "alarm": int(self.alarm),
             "counted as failed": self.failed,
         }
-        part = "each followed to its end"
+        part = "each that stayed followed to its end"
         if self.cut:
             share = rounded_down(100 * self.followed / self.cut, 3)
             part = f"{self.cut:,} that stayed followed for {share} % of their time alone"
+        part += ", a shield's seen at its steps alone" + ", not by q" * (claim.tube.n_q > 0)
         gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
         assumed = {
             "LAW": law,
@@ -204,21 +209,24 @@ class Monitor(Sealed):
             state = state.bet(bool(outside))
         return state
 
-    def bet(self, outside: bool, followed: float = 1.0) -> "Monitor":
+    def bet(self, outside: bool | None, followed: float = 1.0) -> "Monitor":
         """The monitor after one run that stayed inside or left the tube. Raises InputError.
 
+        outside: None where nobody knows, as within what poses are uncertain by. It is no win: left
+        out, runs that left would be more among the others than the claim allows.
         followed: share of its time that was driven, as `Shield` tells it; of the rest nothing is
             known where another took over, which the sentence says.
         """
-        if getattr(outside, "dtype", type(outside)) not in (bool,) or np.ndim(outside):
-            raise InputError(f"bet: expected True or False: did it leave? Got {outside!r:.60}.")
+        if getattr(outside, "dtype", type(outside)) not in (bool, type(None)) or np.ndim(outside):
+            raise InputError(f"bet: expected True, False, None: did it leave? Got {outside!r:.60}.")
         if (share := at_least("bet: followed", followed)) > 1:
             raise InputError(f"bet: expected followed, a share up to 1; got {followed!r:.60}.")
-        bets, rate, cut = self.bets, self.rate, share < 1 and not outside
+        bets, rate, cut = self.bets, self.rate, share < 1 and outside in (False,)
         gain = np.log(bets / rate) if outside else np.log1p(-bets) - np.log1p(-rate)
         wealth = self.log_wealth + gain
-        after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
+        after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + bool(outside))
         after = replace(after, cut=self.cut + cut, followed=self.followed + cut * share)
+        after = replace(after, unknown=self.unknown + (outside is None))
         return replace(after, peak=max(self.peak, after.e_value))
 
 
