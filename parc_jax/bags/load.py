@@ -170,12 +170,12 @@ def load_bags(
             "pose": f"{pose}, {_edges(recordings)}",
             "command": f"{command}, {', '.join(k)}{beside}",
             "clock": " or ".join(clocks),
-            "begin": f"{after:g} s after a command, new or after a pause",
-            "recordings": f"joined up to {apart:g} s apart",
-            "records": f"straight between poses up to {bridge:g} s apart",
+            "begin": f"{after:g} s after a command, new or resumed",
+            "joined": f"up to {apart:g} s apart",
+            "records": f"straight for up to {bridge:g} s",
             "cut short": short,
         }
-        | ({"given": f"last pose, {', '.join(given)}"} if given else {})
+        | ({"given": f"last {', '.join(given)}"} if given else {})
         | ({"clocks": f"up to {rounded_up(off)}{APART}"} if clocks != ["recorder"] else {})
         | ({} if robot is None else {"robot": f"corners from 0: {robot.places[1:].tolist()} m"}),
         left_out,

@@ -69,7 +69,7 @@ class Readings:
                 f"parameter of the model; got {got}.{'' if n else hint}"
             )
         if "given" in law:
-            learned = law["given"].rpartition("pose, ")[2].split(", ")
+            learned = law["given"].removeprefix("last ").split(", ")
             alike = len(learned) == n and all(map(_ends_as, learned, self._paths))
             self._require(alike, learned)
         self._require(not _exchanged(self.named, self._paths), self.named)

@@ -569,10 +569,10 @@ def test_a_claim_from_a_log_is_about_its_places_with_the_steps_they_have(held, p
         np.savez(tmp_path / "log.npz", k=held.k, p=p, q=held.q)
         runs = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
         claims[step] = calibrate(NET, runs, profile, eps=0.1)
-        said = f"places = as logged, with errors, to {step} m"
+        said = f"places = as logged, errors too, to {step} m"
         assert said in claims[step].details() and runs.law == runs.select(slice(5)).law
         assert said in load_rollouts(save_rollouts(tmp_path / "own.npz", runs)).law.describe()
     np.savez(tmp_path / "log.npz", k=held.k + 1e-4, p=held.p * 1.01, q=held.q)
     wide = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
     seen = monitor(claims["0.1"], NET).observe(wide.select(slice(0, 10))).details()
-    assert "with errors, to 0.1 m" in seen and "with errors, to 1e-06 m" in seen
+    assert "errors too, to 0.1 m" in seen and "errors too, to 1e-06 m" in seen

@@ -239,7 +239,7 @@ def test_a_manoeuvre_is_left_when_those_of_the_runs_were(batch):
         pj.InputError, match=r"every: expected a manoeuvre to be left from 0\.\d+ s"
     ):
         shield_of(chained(2 * HELD, 3 * HELD))
-    late = ((f"{OURS}begin", "0.3 s after a command, new or after a pause"),)  # as of bags
+    late = ((f"{OURS}begin", "0.3 s after a command, new or resumed"),)  # as of bags
     law = replace(model.claim.law, parameters=late)
     with pytest.raises(pj.InputError, match=r"^model: expected one whose runs begin"):
         shield_of(model.replace(claim=derived(model.claim, law=law)))

@@ -567,7 +567,7 @@ def test_which_numbers_of_a_message_are_measured_is_told_and_compared_with_what_
         Pilot(labelled(x, y), 0.2, Driving(leave=0.4, given=GIVEN)).hear_pose(pose)
         with pytest.raises(InputError, match="given: expected"):
             Pilot(labelled(y, x), 0.2, Driving(leave=0.4, given=GIVEN))
-    cut = ((f"{OURS}given", f"last pose, {', '.join(GIVEN)}"),)
+    cut = ((f"{OURS}given", f"last {', '.join(GIVEN)}"),)
     law = replace(model().claim.law, parameters=cut)  # as of a bag; its labels are others
     learned = model().replace(claim=derived(model().claim, law=law))
     Pilot(learned, 0.2, one.driving)

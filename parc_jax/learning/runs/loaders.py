@@ -206,7 +206,7 @@ def recorded(
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     step = step_of(p.reshape(*p.shape[:2], -1) if poses is None else poses[:, :2])
-    fitted[PLACES] = f"as logged, with errors, to {rounded_up(f'{step:.6g}')} m"  # 0.1, not 0.11
+    fitted[PLACES] = f"as logged, errors too, to {rounded_up(f'{step:.6g}')} m"  # 0.1, not 0.11
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{printable(Path(owner).resolve().name)}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
