@@ -300,7 +300,7 @@ def summary(answer, drawn: str) -> str:
         doubt and answer.status.found and f"Robust to: {doubt.words}.",
         doubt and not (answer.status.found or answer.absence) and doubt.meaning,
         answer.validation and answer.validation.summary(),
-        answer.status is Status.NOT_FOUND and about_start(asked.problem, asked.model.labels.p),
+        answer.status is Status.NOT_FOUND and about_start(asked.told.problem, asked.model.labels.p),
     ]
     lines += [text for text in more if text]
     # a tube that is itself assumed or declared says so here too: "tube (ASSUMED, not shown)"

@@ -96,7 +96,9 @@ class Answer(Sealed):
         """The nominal problem, which allows for all uncertainty; `scene.nominal.query` has the
         problem as it was posed.
         """
-        return self.scene.nominal.problem
+        nominal = self.scene.nominal
+        labels = nominal.query.problem.labels if nominal.query else ()  # they are in no program
+        return replace(nominal.problem, labels=labels) if labels else nominal.problem
 
     @property
     def model(self) -> TrajectoryModel:

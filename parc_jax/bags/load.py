@@ -171,8 +171,8 @@ def load_bags(
             "command": f"{command}, {', '.join(k)}{beside}",
             "clock": " or ".join(clocks),
             "begin": f"{after:g} s after a command, new or resumed",
-            "joined": f"up to {apart:g} s apart",
-            "records": f"straight for up to {bridge:g} s",
+            "joined": f"to {apart:g} s apart",
+            "records": f"straight up to {bridge:g} s",
             "cut short": short,
         }
         | ({"given": f"last {', '.join(given)}"} if given else {})

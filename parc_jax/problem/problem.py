@@ -16,6 +16,7 @@ from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
 from parc_jax.common.spelling import counted, listed
 from parc_jax.learning.network.predict import Layout
+from parc_jax.learning.runs.law import words_of
 from parc_jax.learning.system import LARGEST, check_points
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, number_of, parts_of, shape
 from parc_jax.problem.uncertainty import Uncertainty
@@ -177,11 +178,12 @@ class Problem:
                     f"each; got obstacles alone. Give {name} too, as to `reach_avoid`."
                 )
         entries = {name: getattr(self, name) for name in names} | changes
-        points, labels = entries.pop("points"), entries.pop("labels")
+        points, given = entries.pop("points"), entries.pop("labels")
         if all(span is None for span in entries["spans"] or ()):
             entries["spans"] = None  # of however many obstacles
         made = reach_avoid(**entries)
-        return dataclasses.replace(made, points=made.points or points, labels=labels)
+        told = tuple((part, tuple(words)) for part, words in words_of(given).items())
+        return dataclasses.replace(made, points=made.points or points, labels=told)
 
     def __repr__(self) -> str:
         start = "anywhere" if self.start is None else "in a set"

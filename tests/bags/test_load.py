@@ -181,7 +181,7 @@ def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
     assert runs.n == 15 and len(set(runs.groups)) == 3
     apart = pj.exchange.load_bags(tmp_path, GRID, **ASKED, apart=1.0)
     assert len(set(apart.groups)) == 4  # the second and the third overlap
-    assert "joined = up to 10 s apart" in runs.law.describe()
+    assert "joined = to 10 s apart" in runs.law.describe()
 
 
 def test_two_recordings_of_one_drive_are_no_two_recordings(tmp_path):
@@ -260,7 +260,7 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
         said = one.law.describe()
         assert f"command = /cmd_vel, {', '.join(K)}, cut short = {word}" in said
         assert "clock = header" in said and "pose = /odom, odom -> base_link" in said
-        assert "records = straight for up to 0.1 s" in said
+        assert "records = straight up to 0.1 s" in said
 
 
 def test_a_claim_is_about_commands_in_a_declared_K_and_counts_the_others(tmp_path):

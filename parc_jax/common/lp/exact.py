@@ -128,7 +128,7 @@ def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
     # Large multipliers absorb the correction: rows enter by decreasing size until they span it.
     basis = Basis(A.shape[1])
     least = {i: _PIVOT * max(abs(a) for a in rows[i]) for i in used}
-    correcting = [i for i in used if basis.add(rows[i], least[i])]
+    correcting = [i for i in used if not basis.full and basis.add(rows[i], least[i])]
     if (correction := basis.coordinates(residual)) is None:
         return None
     for i, value in zip(correcting, correction, strict=True):

@@ -359,7 +359,7 @@ def _stand(runs: RolloutBatch | Scores) -> np.ndarray:
     if runs.groups is None or runs.seed is not None:
         return np.zeros(runs.n, bool)
     marks = runs.marks if isinstance(runs, Scores) else marks_of(runs)
-    return ~marks.p.any(axis=(1, 2))
+    return ~(marks.p.any(axis=(1, 2)) | marks.q.any(axis=1) | marks.k.any(axis=1))
 
 
 def _one_log(scores: Scores, train: RolloutBatch) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.common.arrays import content_hash
 from parc_jax.common.errors import InputError
-from parc_jax.common.sets.box import Box, box
+from parc_jax.common.sets.box import Box
 from parc_jax.common.tolerances import TOLERANCES
 from parc_jax.learning.runs.batch import RolloutBatch
 
@@ -138,37 +138,37 @@ def check_uniform(
         )
 
 
-def values_of(k: np.ndarray, domain: Box, few=FEWEST, many=MANY) -> tuple[np.ndarray, np.ndarray]:
-    """(n_k,) most values of k (n, n_k) in a domain, as stored or rounded; (n_k,) bool: rounded.
-    few, many: least number of decimals, and of other steps.
-    """
+def values_of(k: np.ndarray, domain: Box) -> tuple[np.ndarray, np.ndarray]:
+    """(n_k,) most values of k (n, n_k) in a domain, as stored or rounded; (n_k,) bool: rounded."""
     stored = np.float32 if (k == k.astype(np.float32)).all() else np.float64
     width = 2 * domain.radius
     fine = np.spacing(np.maximum(-domain.lo, domain.hi).astype(stored)).astype(float)
-    step = np.array([_step(*axis, many) for axis in zip(k.T, fine, width, strict=True)])
+    step = np.array([_step(*axis) for axis in zip(k.T, fine, width, strict=True)])
     for size in 10.0 ** np.arange(-12, 7):
         even = (np.abs(k - size * np.round(k / size)) < 0.01 * size + fine / 2).all(axis=0)
-        even &= (size > np.maximum(step, 4 * fine)) & (few * size <= width)
+        even &= (size > np.maximum(step, 4 * fine)) & (FEWEST * size <= width)
         step = np.where(even, size, step)
     return np.maximum(width / step, 1.0), step > fine
 
 
-def _step(x: np.ndarray, fine: float, width: float, many: int) -> float:
+def _step(x: np.ndarray, fine: float, width: float) -> float:
     """Largest step of which x (n,) differ by multiples, by Euclid; `fine` where none is seen."""
     gaps, near, step = np.diff(np.unique(x)), max(1e-7 * width, 256 * fine), width
     while (rest := np.abs(gaps - step * np.round(gaps / step))).max(initial=0.0) > near:
         step = rest[rest > near].min()
-    return step if 20 * near <= step <= width / many and len(gaps) > CELLS else fine
+    return step if 20 * near <= step <= width / MANY and len(gaps) > CELLS else fine
 
 
 def step_of(places: np.ndarray) -> float:
-    """[m] Largest step by which a column of places (..., n_c) is seen to change, at least 1e-6."""
+    """[m] Of the columns of places (..., n_c) the largest that its values are apart at least, but
+    for 1e-12 of the largest; 0 where all are constant.
+    """
     x = places.reshape(-1, places.shape[-1])
-    x = x[(np.abs(x) < 1e30).all(axis=1)]  # finite, also in float32
-    if not len(x):
-        return 1e-6
-    seen = box(x.min(axis=0), x.max(axis=0))
-    return max(1e-6, *(2 * seen.radius / values_of(x, seen, few=1, many=1)[0]).tolist())
+    x = np.sort(x[np.isfinite(x).all(axis=1)], axis=0)
+    gaps = np.diff(x, axis=0)
+    seen = gaps > 1e-12 * np.abs(x).max(axis=0, initial=0.0)
+    least = np.where(seen, gaps, np.inf).min(axis=0, initial=np.inf)
+    return float(least[np.isfinite(least)].max(initial=0.0))
 
 
 def by_chance(k: np.ndarray, pairs: float, domain: Box) -> float:

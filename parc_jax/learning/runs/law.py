@@ -344,8 +344,9 @@ class Subject:
 
 
 def _words_in(label: str) -> set[str]:
-    """The name, as it is written, and its words."""
-    return {name_of(label), *re.findall(r"[^\W_]+", name_of(label).casefold())}
+    """The name, as it is written, and its numbers and words of three letters or more."""
+    parts = re.findall(r"\d+|[^\W\d_]{3,}", " ".join(words_in(label)))
+    return {name_of(label), *parts}
 
 
 def subject(

@@ -10,7 +10,7 @@ from parc_jax.checker.rests_on import printable
 from parc_jax.common.arrays import NO_NUMBER, real
 from parc_jax.common.errors import InputError, check_kind, reading
 from parc_jax.common.sets.box import Box, box
-from parc_jax.common.spelling import listed, rounded_up
+from parc_jax.common.spelling import listed, rounded_down
 from parc_jax.learning.labels import Labels, axes_in_all, name_of, require_unit, unit_of, words_in
 from parc_jax.learning.runs.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.learning.runs.files import RAGGED, meta_of, read_npz, rollouts_from_npz
@@ -206,7 +206,7 @@ def recorded(
     fitted |= {f"{OURS}{name}": words for name, words in (cut or {}).items()}
     fitted |= {f"{OURS}{name}": f"{n:,}{LEFT}" for name, n in (left_out or {}).items() if n}
     step = step_of(p.reshape(*p.shape[:2], -1) if poses is None else poses[:, :2])
-    fitted[PLACES] = f"as logged, errors too, to {rounded_up(f'{step:.6g}')} m"  # 0.1, not 0.11
+    fitted[PLACES] = f"as logged, errors too, steps from {rounded_down(f'{step:.6g}')} m"
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
     law = law_spec(f"{LOG}{printable(Path(owner).resolve().name)}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
@@ -220,20 +220,22 @@ def recorded(
         renamed = [x for x, y in told if name_of(x) != name_of(y)]
         check_parameters(owner, k[:0, : len(renamed)], renamed)
         batch.subject.check_renamed(owner, part, columns)
-    # what somebody says, or was in a table; and yaw is in rad, as theta may be
-    large = poses is not None and (np.abs(poses[:, 2:]) > 2 * np.pi).any()
-    _check_turns(owner, batch, "q" in words or not large)
+    _check_turns(owner, batch, poses[:, 2:] if poses is not None and "q" not in words else None)
     if k_law == "uniform":
         check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
 
 
-def _check_turns(owner: str | Path, runs: RolloutBatch, rad: bool) -> None:
-    """Refuse headings that are seen not to be in rad. Raises InputError."""
+def _check_turns(owner: str | Path, runs: RolloutBatch, logged: np.ndarray | None) -> None:
+    """Refuse headings that are seen not to be in rad, as in runs, and as logged where nobody says
+    what they are in. Raises InputError.
+    """
     runs = runs.finite
     for word, q, name in zip(runs.rotation or (), runs.q.T, runs.subject.labels.q, strict=False):
-        largest = np.abs(q).max(initial=0.0)
-        if word == TURNS and largest > 2 * np.pi and not (rad and unit_of(name) == "rad"):
+        asked = q if logged is None else logged
+        largest = np.abs(asked[np.isfinite(asked)]).max(initial=0.0)
+        told = logged is None and unit_of(name) == "rad"
+        if word == TURNS and largest > 2 * np.pi and not told:
             raise InputError(
                 f"{owner}: expected headings in rad, 0 at the start; got up to {largest:.3g}. Are "
                 f"they in degrees? If a robot turns as far, label its q: '{name_of(name)} [rad]'."

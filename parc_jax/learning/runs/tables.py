@@ -14,8 +14,9 @@ from parc_jax.learning.labels import unit_of, words_in
 from parc_jax.learning.runs.files import RAGGED
 
 TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
-# names of what is not read and may tell of runs: none that is hidden, or a note
-UNREAD = re.compile(r"(?!.*(/|^)(\.|readme|[^/]*\.md$))(p/|(.*/)?([kq]|groups?)\.|.*\.csv\b)", re.I)
+# names of what is not read and may tell of runs: tables that are neither hidden nor a note
+_TABLE = r"\.(csv|tsv|txt|dat|np[yz]|mat|parquet|xlsx?)\b"
+UNREAD = rf"(?i)(?!.*(/|^)(\.|readme))(p/.*{_TABLE}|([kqp]|groups?){_TABLE}|.*\.[ct]sv\b)"
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 _ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq timestamp stamp epoch".split()}
 _TIMES = {*"t time date datetime unix sec nsec nanosec ms ns 0".split()}  # but `T [N]`, `t_0 [s]`
@@ -25,9 +26,9 @@ def folder_arrays(path: Path) -> dict:
     """Arrays k, p, q, groups of a folder of CSV files, and labels. Raises InputError."""
     tables = {one.name.lower(): one for one in path.glob("[!.]*") if one.name.lower() in TABLES}
     runs = sorted(x for x in (path / "p").glob("[!.]*") if x.suffix.lower() == ".csv")
-    others = {*path.rglob("*")}.difference(tables.values(), runs)
+    others = {*path.rglob("*"), *(path / "p").rglob("*")}.difference(tables.values(), runs)
     names = sorted(x.relative_to(path).as_posix() for x in others if not x.is_dir())
-    if left := [name for name in names if UNREAD.match(name)]:
+    if left := [name for name in names if re.match(UNREAD, name)]:
         raise InputError(
             f"{path}: expected {', '.join(TABLES)}, and runs as p/*.csv; got {some_of(left)}. Is "
             "it misspelled? A failed run stays beside the others; put other tables elsewhere."

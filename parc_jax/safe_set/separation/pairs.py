@@ -263,7 +263,7 @@ def signed_vertices(obstacle: HPolytope, shape: Disc | Polygon, name: str):
         body = [(-Fraction(x), -Fraction(y)) for x, y in shape.vertices]
     points = [tuple(corner.point) for corner in corners(obstacle, name)]
     sums = [(v[0] + p[0], v[1] + p[1]) for v in points for p in body]
-    table = segment.signed_corners(sums)
+    table = segment.signed_corners(convex_polygon(sums))
     return _rounded([point for point, _ in table]), np.array([sign for _, sign in table], float)
 
 
