@@ -171,7 +171,7 @@ def load_bags(
             "command": f"{command}, {', '.join(k)}{beside}",
             "clock": " or ".join(clocks),
             "begin": f"{after:g} s after a command, new or resumed",
-            "joined": f"to {apart:g} s apart",
+            "joined": f"to {apart:g} s",
             "records": f"straight up to {bridge:g} s",
             "cut short": short,
         }

@@ -182,8 +182,8 @@ class Problem:
         if all(span is None for span in entries["spans"] or ()):
             entries["spans"] = None  # of however many obstacles
         made = reach_avoid(**entries)
-        told = tuple((part, tuple(words)) for part, words in words_of(given).items())
-        return dataclasses.replace(made, points=made.points or points, labels=told)
+        named = tuple((part, tuple(words)) for part, words in words_of(dict(given)).items())
+        return dataclasses.replace(made, points=made.points or points, labels=named)
 
     def __repr__(self) -> str:
         start = "anywhere" if self.start is None else "in a set"

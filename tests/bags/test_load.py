@@ -181,7 +181,7 @@ def test_files_that_go_on_where_another_ends_are_one_recording(tmp_path):
     assert runs.n == 15 and len(set(runs.groups)) == 3
     apart = pj.exchange.load_bags(tmp_path, GRID, **ASKED, apart=1.0)
     assert len(set(apart.groups)) == 4  # the second and the third overlap
-    assert "joined = to 10 s apart" in runs.law.describe()
+    assert "joined = to 10 s" in runs.law.describe()
 
 
 def test_two_recordings_of_one_drive_are_no_two_recordings(tmp_path):

@@ -338,14 +338,21 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     # a knot belongs to both its intervals, and a run in the tube is within the narrower one there
     near = float(SAME) / model.time.dt
     both = [min(int(max(passed + off, 0)), steps - 1) for off in (-near, near)]
-    allowed = tube.interval[tube.bins_of(last.k[None])[0]].max(axis=0)[both].min(axis=0) + at_start
+    bins = tube.bins_of(last.k[None])[0]
+    allowed = tube.interval[bins].max(axis=0)[both].min(axis=0) + at_start
     allowed = np.maximum(allowed.reshape(-1, n_p) - ROUNDED, ROUNDED)
     far = np.linalg.norm(there, axis=1) + np.linalg.norm(around, axis=1)
     doubt = 2 * known.shifts(n_p).sum() + known.heading * far[:, None]
-    off = np.abs(there - way.reshape(-1, n_p)) - allowed
-    beyond = np.linalg.norm(np.maximum(off - doubt, 0.0), axis=1)[points].max()
-    most = (off + doubt + 2 * at_start.reshape(-1, n_p)).max()  # their start is not measured
-    return float(beyond), float(most if len(off[points]) == len(off) else np.inf)
+    off = np.abs(there - way.reshape(-1, n_p))
+    beyond = np.linalg.norm(np.maximum(off - allowed - doubt, 0.0), axis=1)[points].max()
+    # what is sure to be inside is so of the tube itself, of every bin, and at the end
+    if tube.templates is not None or len(off[points]) < len(off):
+        return float(beyond), np.inf
+    inside = tube.interval[bins].min(axis=0)[both].min(axis=0)
+    if passed + near >= steps:
+        inside = np.minimum(inside, tube.final[bins].min(axis=0)[: len(inside)])
+    inside = (inside - at_start).reshape(-1, n_p)  # where the others began is not measured
+    return float(beyond), float((off - inside + doubt).max() + ROUNDED)
 
 
 def leads_to(last: Commitment, region: "shapely.Geometry", drift: float) -> bool:

@@ -122,7 +122,8 @@ class Monitor(Sealed):
         if self.cut:
             share = rounded_down(100 * self.followed / self.cut, 3)
             part = f"{self.cut:,} that stayed followed for {share} % of their time alone"
-        part += ", a shield's seen at its steps alone" + ", not by q" * (claim.tube.n_q > 0)
+        part += ", a shield's seen at its steps alone, its rest after the end included"
+        part += ", not by q" * (claim.tube.n_q > 0)
         gone = [f"{n:,} of {name}" for (name, _), n in self.missing.items() if n]
         assumed = {
             "LAW": law,
@@ -217,7 +218,8 @@ class Monitor(Sealed):
         followed: share of its time that was driven, as `Shield` tells it; of the rest nothing is
             known where another took over, which the sentence says.
         """
-        if getattr(outside, "dtype", type(outside)) not in (bool, type(None)) or np.ndim(outside):
+        told = outside is None or getattr(outside, "dtype", type(outside)) in (bool,)
+        if not told or np.ndim(outside):
             raise InputError(f"bet: expected True, False, None: did it leave? Got {outside!r:.60}.")
         if (share := at_least("bet: followed", followed)) > 1:
             raise InputError(f"bet: expected followed, a share up to 1; got {followed!r:.60}.")
