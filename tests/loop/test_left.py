@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from episodes import PATIENT
+from platform_env import TIME, platform_net, ways
 from toy_bodies import points_model
 from toy_models import line_model, told
 
@@ -272,3 +273,27 @@ def test_what_begins_at_the_border_of_a_tube_is_accepted_by_the_checker():
         assert step.new == new != step.left
         if new:
             check_episode(episode_part([first, step.committed]), allowance_of)
+
+
+@pytest.mark.parametrize("where", ["at the end", "in another bin"])
+def test_what_stayed_inside_is_told_where_the_tube_itself_holds_it(where):
+    """It is narrower at its end than in its last interval, or in one of the bins of a k between."""
+    wide, narrow = np.full((12, 2), 0.05), np.full((12, 2), 0.01)
+    edges, tube = [[-1, 1]] * 4, (wide[None], narrow[:1])
+    if where == "in another bin":
+        edges, tube = (
+            [[-1, 0, 1], *edges[1:]],
+            (np.stack([wide, narrow]), np.stack([wide, narrow])[:, 0]),
+        )
+    net, about = platform_net(), {"system": "platform", "given": (0, 1)}
+    claim = pj.learning.declared_claim(pj.learning.tube(edges, *tube), "test", net, TIME, **about)
+    model = pj.learning.trajectory_model(net, claim)
+    loop = pj.drive.Loop(model, 0.2, leave=0.4, effort=PATIENT)
+    k = loop.step([0, 0], [0, 0], [], lambda seen: -seen.k[:, 2], 0.0).committed.k
+    a, b = ways(0.1 * np.arange(13))
+    path = np.outer(a, k[:2]) + np.outer(b, k[2:])
+    for off, left in ((0.0, False), (0.03, True)):
+        run = path + off * np.linspace(0, 1, 13)[:, None] * [1, 0]
+        seen = [loop.go_on("", None, run[i], 0.1 * i, 0.0, [0, 0]).left for i in (4, 8, 12)]
+        assert pj.drive.left_tube([loop.under_way], run) is left
+        assert seen == [False] * 3 if not left else False not in seen[-1:]
