@@ -2,8 +2,10 @@
 them.
 """
 
+import jax
 import numpy as np
 import pytest
+import toy_driven
 from toy_models import line_model
 
 import parc_jax as pj
@@ -265,3 +267,16 @@ def test_learned_models_carry_the_labels_of_their_system():
     for name in ("drift_parking", "f110"):
         assert labels_of(load(name)).heading == 0
     assert labels_of(load("asv", plant="ode")).k[2] == "initial heading [rad]"
+
+
+def test_an_answer_keeps_the_labels_of_its_scene(tmp_path):
+    """So that what one model was refused for is refused of the answer of another."""
+    scene = toy_driven.problem().replace(labels={"k": ("a [m/s]", "b [m/s]")})
+    assert pj.exchange.load_problem(pj.exchange.save_problem(tmp_path / "s.toml", scene)).labels
+    answer = pj.Planner(toy_driven.model()).solve(scene, jax.random.PRNGKey(0), toy_driven.SETTINGS)
+    named = toy_driven.model().with_labels({"k": ("b [m/s]", "a [m/s]")})
+    for asked in (scene, answer.problem):
+        with pytest.raises(InputError, match=r"\[labels\] of the scene.*parameters is b"):
+            pj.Planner(named).prepare(asked)
+    with pytest.raises(InputError, match="labels: expected those of p, q, k"):
+        scene.replace(labels={"K": ("a",)})

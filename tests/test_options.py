@@ -97,7 +97,7 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
     assert scene_values.UNCERTAINTY_ENTRIES == tuple(told(Uncertainty))
     of_problem = {field.name for field in dataclasses.fields(Problem)}
-    assert set(problem_file.ENTRIES) - of_problem == {"labels", "places"}
+    assert set(problem_file.ENTRIES) - of_problem == {"places"}
     assert of_problem - set(problem_file.ENTRIES) == {"spans"}  # `steps` of each obstacle
 
 

@@ -152,7 +152,7 @@ RUNS = (
     Fault(
         "copies_in_the_holdout",
         "check_fresh",
-        "len(scores.ids) - len(np.unique(scores.ids))",
+        "len(ids) - len(np.unique(ids))",
         "0",
         "tests/claim/test_fresh.py::test_copies_of_failed_runs_are_copies_too",
     ),

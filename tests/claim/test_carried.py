@@ -61,7 +61,10 @@ def test_two_files_of_one_name_do_not_become_one(runs, held, tmp_path):
     )
     with pytest.raises(pj.InputError, match=r"expected each row of file:log.npz once; 100 of 200"):
         concatenate([first, first])
-    with pytest.raises(pj.InputError, match=r"expected batches of one source; they differ in log"):
+    said = r"expected batches of one source; they differ in (law|log)"
+    with pytest.raises(pj.InputError, match=said):
+        pj.InputError, match=r"expected batches of one source; they differ in (law|log)"
+    ):
         concatenate([first, second])
     half = first.select(slice(50))
     with pytest.raises(pj.InputError, match=r"differ in labels \(None; Labels\(.*speed"):
@@ -320,7 +323,7 @@ def test_a_file_that_says_its_time_and_K_is_not_told_others(runs, tmp_path):
     assert pj.load_rollouts(path, runs.time, runs.domain).n == 100
     for wrong in ({"time": pj.learning.time_grid(0.5, 2.0)}, {"domain": pj.box([0, 0], [9, 9])}):
         with pytest.raises(
-            pj.InputError, match=rf"expected no {next(iter(wrong))}, or that of the"
+            pj.InputError, match=rf"expected no {next(iter(wrong))}: a file of save_rollouts"
         ):
             pj.load_rollouts(path, **wrong)
 
