@@ -174,8 +174,10 @@ class Pilot:
                 f"{last / 1e9:.9f} s. After a clock was set back, as that of a simulation, make a "
                 "new Pilot: what this one knows is of times ahead."
             )
-        others = [self.memory.scanned or 0, self.movers.stamp if self.movers else 0]
-        other_clock = last is None and max(others) - stamp > 1e9 * self.driving.stale
+        others = self.memory.scanned, self.memory.unused, self.movers and self.movers.stamp
+        other_clock = (
+            last is None and max(at or 0 for at in others) - stamp > 1e9 * self.driving.stale
+        )
         with self.memory.kept():
             if other_clock:
                 self.memory.drop()  # what came before was compared with no clock yet
@@ -282,14 +284,14 @@ class Pilot:
         arrived = np.linalg.norm(pose[:2] - self.goal[:2]) <= d.arrived
         soon = None if memory.begun is None else memory.begun + round(d.leave * 1e9)
         if arrived or (soon is not None and at < soon):
-            step = self.loop.go_on("", None, *seen)  # nothing is to begin, or not yet
+            step = self.loop.go_on("", None, *seen, self.given)  # nothing is to begin, or not yet
             return step if step.left else None
         scene = memory.stale or self.readings.turned(pose[2]) or self._ways(pose, self.given)
         gone = self._gone()
         if not isinstance(scene, str):
             scene = self._with_movers(scene, seen[1])
         if isinstance(scene, str):
-            return self.loop.go_on(scene, gone, *seen)
+            return self.loop.go_on(scene, gone, *seen, self.given)
         obstacles, spans = scene
         liked = functools.partial(self.prefer, goal=self.goal[:2])
         asked = {"at": seen[1], "drift": seen[2], "spans": spans, "gone": gone, "measured": heard}

@@ -42,7 +42,7 @@ def swept_in(message: Any) -> int:
     ranges that are more or fewer than its angles.
     """
     each, n = float(message.time_increment), len(message.ranges)
-    if not (np.isfinite(each) and each >= 0):
+    if not (each >= 0 and np.isfinite(each * n)):
         raise InputError(f"scan: expected a time_increment of 0 s or more; got {each!r}.")
     first, last, step = (float(getattr(message, name)) for name in OF_ANGLES)
     # drivers count the last beam or do not, and angles are of single precision

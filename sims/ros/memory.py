@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ class Memory:
     seen: the space that is free; None before the first pose, and without a sensor. said: what the
     last scan refutes of it. stamp, first, pose: [ns] of the last pose, of the first one, and the
     last one. added, scanned: [ns] of the last scan that was added, and that came. unused: [ns] of
-    the last one if it could not be added. begun, before: [ns] of where the last two manoeuvres of
+    the last one that could not be used. begun, before: [ns] of where the last two manoeuvres of
     the episode began. since: [ns] of the first pose after all was forgotten, None if it never was.
     """
 
@@ -43,6 +44,7 @@ class Memory:
         self._rested: np.ndarray | None = None  # pose, while nothing is under way
         self._began_at = np.zeros(2)
         self._again = False  # restarted, and no pose since
+        self._frame: str | None = None  # of the scanner
         self._scanner: Premises | None = None
         self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
         self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
@@ -63,7 +65,8 @@ class Memory:
             return "no pose was heard yet"
         # before the first one somebody looked around, for as long
         looked = self.first if self.since is None else self.since
-        if self.unused is not None and self.unused >= looked:
+        used = looked if self.added is None else max(looked, self.added + 1)
+        if self.unused is not None and self.unused >= used:
             return "the last scan could not be used, and nothing else tells who has come"
         since = looked if self.added is None else self.added
         old = (self.stamp - since) / 1e9
@@ -93,26 +96,52 @@ class Memory:
 
     def hear(self, scan: Any) -> None:
         """A scan with a stamp that was checked; it is added at the first pose after its last beam.
-        Raises InputError.
+        Raises InputError; nothing begins after one of this scanner then, until another is added.
         """
-        swept_in(scan)
         at = stamp_of(scan)
         if at is None or (self.scanned is not None and at <= self.scanned):
             raise InputError(
                 f"scan: expected stamps that increase; got {at!r} ns after {self.scanned!r} ns. "
                 "An older scan says nothing of who came since."
             )
-        names = {"frame of the scan": str(frames_of(scan)[0])}
+        frame = str(frames_of(scan)[0])
+        try:
+            scanner = self._scanner_of(scan, frame)
+        except Exception:
+            if self._frame in (None, frame):
+                self._miss(at)
+            raise
+        self._frame, self._scanner, self.scanned = frame, scanner, at
+        self._scans.append(deepcopy(scan))  # it waits: its ranges may be a buffer of the driver
+
+    def _scanner_of(self, scan: Any, frame: str) -> Premises:
+        """What all scans have in common. Raises InputError for one that cannot be used."""
+        names = {"frame of the scan": frame}
         names |= {name: float(getattr(scan, name)).hex() for name in OF_SCANNER}
         scanner = premises((name, MEASURED, value) for name, value in names.items())
         agree("scan: all are of the sensor whose place was told", self._scanner or scanner, scanner)
-        self._scanner, self.scanned = scanner, at
-        self._scans.append(deepcopy(scan))  # it waits: its ranges may be a buffer of the driver
+        lasts = swept_in(scan) / 1e9
+        if lasts > self.driving.stale:  # by its end it is too old, and all others wait for it
+            raise InputError(
+                f"scan: expected a sweep within `stale`, {self.driving.stale!r} s; its "
+                f"time_increment, {scan.time_increment!r} s, makes it {lasts!r} s."
+            )
+        try:
+            np.asarray(scan.ranges, np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"scan: expected ranges that are numbers; got others: {error}."
+            ) from None
+        return scanner
+
+    def _miss(self, at: int) -> None:
+        """A scan of a time [ns] cannot be used."""
+        self.unused = at if self.unused is None else max(at, self.unused)
 
     def drop(self) -> None:
-        """Drop the scans that wait."""
+        """Drop the scans that wait, and that others were refused."""
         self._scans.clear()
-        self.scanned = None
+        self.scanned = self.unused = None
 
     @contextmanager
     def kept(self) -> Iterator[None]:
@@ -166,9 +195,10 @@ class Memory:
             scan, before = self._scans.popleft(), self.added
             try:
                 self._add(scan)
-            except InputError as error:  # the pose is looked for in its tube all the same
+            except Exception as error:  # the pose is looked for in its tube all the same
                 self.said += f"a scan is not used: {error} "
-            self.unused = stamp_of(scan) if self.added == before else None
+            if self.added == before:
+                self._miss(_swept(scan)[0])
         self._forget(at)
         self.seen = self.seen.add(free_place(corners, -self.off))
 
@@ -207,7 +237,8 @@ class Memory:
             return
         # it would be remembered for longer than its age, or its frame has drifted twice since
         aged = self.first + int(self._forgot * d.age / 2 * 1e9) if self._forgot else begin
-        if begin < aged or (self.before is not None and begin < self.before):
+        half = int(d.age / 2 * 1e9)
+        if begin < aged - half or (self.before is not None and begin < self.before):
             late = (self.stamp - begin) / 1e9
             self.said += f"a scan was {late!r} s old, which is too old, and is not used; "
             return
@@ -227,9 +258,11 @@ class Memory:
         seen = seen_in(scan, eye, uncertainty=uncertainty, **limits)
         if self.begun is not None and begin < self.begun and (d.drift or d.drift_heading):
             seen = seen.drifted(self._began_at, d.drift, d.drift_heading)  # until then
-        self.seen = self.seen.add(seen)
-        self.added, self.said = begin, self.said + self.seen.said
-        self.seen = self.seen.within(self.pose, 2 * d.reach)
+        now = self.seen.add(seen)
+        if begin < aged:  # it leaves with those of its half, which the next half forgets
+            now = replace(now, newer=self.seen.newer)
+        self.seen = now.within(self.pose, 2 * d.reach)
+        self.added, self.said = begin, self.said + now.said
 
 
 def _swept(scan: Any) -> tuple[int, int]:

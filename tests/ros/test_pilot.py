@@ -21,6 +21,7 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.claim import OURS
 from parc_jax.common.errors import InputError
 from parc_jax.drive.loop.episode_file import episode_part
+from parc_jax.drive.loop.loop import Loop
 from parc_jax.learning.bound.claim import derived
 from parc_jax.learning.labels import Labels
 from sims.driving import Driving
@@ -346,6 +347,20 @@ def test_a_body_that_turned_away_from_runs_without_a_rotation_begins_nothing(mon
     step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 4 * 10**9, yaw=0.04))  # in its tube
     assert step is not None and step.new is False
     assert "the heading of a pose is only compared with that of its runs" in one.assumed
+
+
+def test_all_points_of_a_body_are_looked_at_also_where_nothing_is_to_begin(monkeypatch):
+    """The others follow of what is measured, which a loop was not told: the first one alone was."""
+    told_of, under_way = [], Some(given=(0, 1), under_way=None)
+    under_way.go_on = lambda *all_of, **named: Loop.go_on(under_way, *all_of, **named)
+    under_way._left = lambda *pose: told_of.append(list(pose[3])) or ("", None)
+    monkeypatch.setattr("sims.pilot.Loop", lambda *_, **__: under_way)
+    one = pilot()
+    one.hear_goal(sliding.posed(0.0, 0.0))
+    one.hear_pose(sliding.odometry([0, 0], [0.1, 0.2], 10**9))  # it has arrived
+    one.hear_goal(sliding.posed(3.0, 0.0))
+    one.hear_pose(sliding.odometry([0, 0], [0.3, 0.4], 2 * 10**9))  # without a map
+    assert told_of == [[0.1, 0.2], [0.3, 0.4]]
 
 
 def test_the_guide_goes_around_what_is_in_the_way():

@@ -291,11 +291,40 @@ def test_a_scan_from_before_something_was_forgotten_is_not_used():
     """It would be remembered for longer than its age."""
     one, rest = pilot(age=0.5), np.zeros(2)
     one.hear_scan(scan([], lambda _: rest, 10**9))
-    for at in (10, 13):
+    for at in (10, 13, 15):
         one.hear_pose(sliding.odometry(rest, rest, at * 10**8))
     one.hear_scan(scan([], lambda _: rest, 12 * 10**8))
-    one.hear_pose(sliding.odometry(rest, rest, 14 * 10**8))
-    assert "a scan was 0.2 s old, which is too old" in one.said
+    one.hear_pose(sliding.odometry(rest, rest, 16 * 10**8))
+    assert "a scan was 0.4 s old, which is too old" in one.said
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("late", [0, 100_000_000])
+def test_a_sweep_under_way_while_something_is_forgotten_is_used_and_leaves_by_its_age(late):
+    """Poses come between its beams; drivers tell it after its last one. Half an age is 0.5 s."""
+    one, rest, told = pilot(age=1.0), np.zeros(2), scan([], lambda _: np.zeros(2), 0, 0.09 / 360)
+
+    for at in range(10**9, 2_960_000_000, 20_000_000):
+        begun = at - late
+        if begun % 10**8 == 4 * 10**7 and 10**9 < begun < 2 * 10**9:  # the last one: at 1.94 s
+            told.header = sliding.header(begun, "lidar")
+            one.hear_scan(told)
+        one.hear_pose(sliding.odometry(rest, rest, at))
+        assert "not used" not in one.said and (at > 2.2e9 or not one.memory.stale)
+        assert not 1.3e9 < at < 2.2e9 or one.seen.region.area > 50.0
+    assert one.seen.region.area < 1.0
+
+
+@pytest.mark.soundness
+def test_a_scan_from_before_what_was_forgotten_leaves_with_those_of_its_half():
+    one, rest = pilot(age=1.0), np.zeros(2)
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 155 * 10**7))
+    one.hear_scan(scan([], lambda _: rest, 145 * 10**7))
+    one.hear_pose(sliding.odometry(rest, rest, 16 * 10**8))
+    assert one.seen.region.area > 50.0
+    one.hear_pose(sliding.odometry(rest, rest, 2 * 10**9))
+    assert one.seen.region.area < 1.0
 
 
 def test_a_scan_that_makes_no_sense_hides_no_pose_outside_of_the_tube():
@@ -326,6 +355,63 @@ def test_after_a_scan_that_could_not_be_used_nothing_begins_until_one_is():
     one.hear_scan(scan([person], lambda _: rest, 13 * 10**8))
     assert one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8)).new
     assert not one.seen.region.intersects(person)
+
+
+BROKEN = {
+    "cut": {"ranges": np.ones(100)},
+    "strings": {"ranges": ["x"] * 361},
+    "time_increment": {"time_increment": np.nan},
+    "long": {"time_increment": 1e9},
+    "endless": {"time_increment": 1e308},
+    "range_max": {"range_max": 5.0},
+    "angle_min": {"angle_min": np.nan},
+    "empty": {"ranges": []},
+}
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("of", [*BROKEN, "frame"])
+def test_after_a_scan_of_this_sensor_that_is_refused_nothing_begins_until_one_is_used(of):
+    """Nor by one from before it, which waits; a scan of another sensor says nothing of this one."""
+    one, rest = pilot(), np.zeros(2)
+    one.hear_scan(scan([], lambda _: rest, 10**9))
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_goal(sliding.posed(1.8, 0.0))
+    one.hear_scan(scan([], lambda _: rest, 105 * 10**7))
+    bad = scan([], lambda _: rest, 11 * 10**8, frame="rear" if of == "frame" else "lidar")
+    vars(bad).update(BROKEN.get(of, {}))
+    with pytest.raises(InputError, match="scan: "):
+        one.hear_scan(bad)
+    step = one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
+    assert one.memory.added == 105 * 10**7 and step.new == (of == "frame")
+    assert step.new or "the last scan could not be used" in step.reason
+    one.hear_scan(scan([], lambda _: rest, 13 * 10**8))
+    one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
+    assert one.memory.added == 13 * 10**8 and not one.memory.stale
+
+
+def test_a_scan_that_was_refused_before_the_first_pose_blocks_no_other_clock():
+    one, rest = pilot(), np.zeros(2)
+    bad = scan([], lambda _: rest, 10**18)
+    bad.ranges = []
+    with pytest.raises(InputError, match="scan: expected ranges from angle_min"):
+        one.hear_scan(bad)
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    assert not one.memory.stale
+
+
+def test_a_scan_that_raises_anything_is_not_tried_again(monkeypatch):
+    """Every later pose raised again, so that nobody looked whether it is in its tube."""
+    one, rest = pilot(), np.zeros(2)
+    one.hear_pose(sliding.odometry(rest, rest, 10**9))
+    one.hear_scan(scan([], lambda _: rest, 11 * 10**8))
+    with monkeypatch.context() as broken:
+        broken.setattr("sims.ros.memory.seen_in", lambda *_, **__: 1 / 0)
+        one.hear_pose(sliding.odometry(rest, rest, 12 * 10**8))
+    assert "a scan is not used: division by zero" in one.said and one.memory.stale
+    one.hear_scan(scan([], lambda _: rest, 13 * 10**8))
+    one.hear_pose(sliding.odometry(rest, rest, 13 * 10**8))
+    assert not one.said and not one.memory.stale and one.seen.region.area > 50.0
 
 
 @pytest.mark.soundness

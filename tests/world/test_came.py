@@ -184,6 +184,20 @@ def test_a_lidar_that_sees_a_part_of_a_turn_is_remembered_and_forgotten_for_long
     assert free.region.area > 1.0
 
 
+def test_lines_that_a_union_of_areas_leaves_over_are_no_areas():
+    """Of corners as a lidar had them: their borders lie on each other but for the rounding."""
+    shadow = [(1.457924406423176, -0.11851401885478609), (0.5645795967163584, 0.2759297981299458)]
+    shadow += [(0.6102463547690676, 0.35537086285995717), (0.7644348057005619, 0.4373543164735058)]
+    thin = [(0.7938669934007082, -0.0008975589333363616), (0.7841680415811035, 0.14352200877692248)]
+    parts = [shapely.Polygon(x) for x in (shadow, [*thin, (0.759250138629519, 0.5145551718904937)])]
+    for one, other in (parts, parts[::-1]):
+        assert one.union(other).geom_type == "GeometryCollection"
+        for name in ("gone", "standing", "region"):
+            known = {"region": shapely.box(5, 5, 6, 6)}
+            both = FreeSpace(**(known | {name: one})).add(FreeSpace(**(known | {name: other})))
+            assert getattr(both, name).covers(shapely.Point(0.7, 0.3))
+
+
 def test_who_came_stays_out_of_what_is_remembered_after_forgetting():
     came = np.full(301, 4.0)
     came[140:161] = 2.0

@@ -175,12 +175,12 @@ class FreeSpace:
         widths = [w for w in (self.width, other.width) if w]
         ends, left, some = (other.beams or STANDS).refuted(self.region)
         others, leaves, more = (self.beams or STANDS).refuted(other.region)
-        # only what is newer measures free what was refuted; lines left over have no area
+        # only what is newer measures free what was refuted
         seen = shapely.Polygon() if other.beams is None else other.region
-        gone = left.union(leaves).union(_areas(self.gone.difference(seen))).union(other.gone)
-        standing = _areas(self.standing.difference(seen)).union(other.standing)
+        gone = _union(left, leaves, _areas(self.gone.difference(seen)), other.gone)
+        standing = _union(_areas(self.standing.difference(seen)), other.standing)
         # holes are filled before refuted parts leave, which would look like holes
-        region = _filled(_areas(self.region.union(other.region)), min(widths, default=0.0))
+        region = _filled(_union(self.region, other.region), min(widths, default=0.0))
         for away in (ends, others, gone, standing):
             if not away.is_empty:
                 region = _areas(region.difference(away))
@@ -375,6 +375,10 @@ def _areas(geometry: "shapely.Geometry"):
     return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)
 
 
+def _union(*areas: "shapely.Geometry"):
+    return _areas(shapely.union_all(areas))  # of areas alone, but it too leaves lines over
+
+
 def _filled(region: "shapely.Geometry", width: float):
     """The region without holes too small for a disc of diameter width. [T41d]"""
     if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
@@ -386,7 +390,7 @@ def _filled(region: "shapely.Geometry", width: float):
         large = (area >= np.pi / 4 * width**2) & (np.minimum(x1 - x0, y1 - y0) >= width)
         holes = [hole for hole, stays in zip(part.interiors, large, strict=True) if stays]
         out.append(shapely.Polygon(part.exterior, holes))
-    return shapely.union_all(out)
+    return _union(*out)
 
 
 def _ends(one: Mapping[str, tuple], other: Mapping[str, tuple]) -> dict[str, tuple]:
