@@ -13,6 +13,7 @@ import shapely
 
 import parc_jax as pj
 from parc_jax.common.keys import as_key, generator
+from parc_jax.common.spelling import counted
 from sims.parking import car as c
 from sims.parking.cases import GOAL, Case
 from sims.parking.guide import BUDGET, DRAWS, Guide
@@ -201,7 +202,7 @@ class Drive:
         return Parked(
             reached=bool((np.abs(off) <= [self.within[0], *self.within]).all()),
             proved=self.proved,
-            why=self.why or ("" if self.proved else f"not in the goal after {LINKS} manoeuvres"),
+            why=self.why or ("" if self.proved else f"not in the goal after {counted(LINKS, 'manoeuvre')}"),
             clearance=judged(self.case, path),
             gears=int((np.diff(np.sign(ways)) != 0).sum()),
             rolled=int((np.diff(begins) == c.ROLLS_ON).sum()),

@@ -676,9 +676,10 @@ def test_a_car_whose_motor_pushes_as_no_run_begins_goes_on_to_its_stop(monkeypat
 
 
 def test_why_a_car_stopped_on_its_way_is_told(monkeypatch):
-    monkeypatch.setattr(drive, "LINKS", 2)
+    shortly(monkeypatch)
+    monkeypatch.setattr(drive, "LINKS", 1)
     one = drive.drive(cases.case(5), prove.loop_of(), jax.random.PRNGKey(5))
-    assert not one.reached and one.why == "not in the goal after 2 manoeuvres"
+    assert not one.reached and one.why == "not in the goal after 1 manoeuvre"
 
 
 @pytest.mark.night
