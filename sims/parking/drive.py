@@ -199,10 +199,11 @@ class Drive:
         ways = np.array([one.k[2] for one in self.driven])
         begins = np.array([float(one.begin) for one in self.driven])
         points = c.corners(*path.T)
+        late = "" if self.proved else f"not in the goal after {counted(LINKS, 'manoeuvre')}"
         return Parked(
             reached=bool((np.abs(off) <= [self.within[0], *self.within]).all()),
             proved=self.proved,
-            why=self.why or ("" if self.proved else f"not in the goal after {counted(LINKS, 'manoeuvre')}"),
+            why=self.why or late,
             clearance=judged(self.case, path),
             gears=int((np.diff(np.sign(ways)) != 0).sum()),
             rolled=int((np.diff(begins) == c.ROLLS_ON).sum()),
