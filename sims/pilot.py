@@ -44,6 +44,7 @@ Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
 class Pilot:
     """Takes measurements as messages of ROS, of any library, and decides on manoeuvres. An invalid
     message raises InputError and changes nothing: the manoeuvre under way continues to its rest.
+    After a scan that was refused for what it holds none begins until one is used.
 
     model: its manoeuvres end at rest. robot: outline with the model's points, or radius [m] for a
     model of one point. prefer: maps an Outlook and the goal (x, y) to costs (b,); by default the

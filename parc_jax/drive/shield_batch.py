@@ -97,6 +97,8 @@ class BatchShield:
     be warier; and no k on an edge between bins is safe to it. [T14, T28, T38] A step tests the pose
     before it: the last one of an episode is tested by one more, of which nothing is driven, and
     `UnderWay.left` says the result where that is finite; else of the last tube nothing is known.
+    It is False, too, where a pose is in the interval's tube but not in the narrower one of records
+    or of the end: whether that was left nobody knows.
 
     model, system, every, room: as of `Shield`, candidates and rest by default. radius: [m], a disc.
     ask, act: as of `Shield`, of one environment, in JAX; seconds are traced.

@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.common import struct
 from parc_jax.common.arrays import once
-from parc_jax.common.errors import InputError, check_kind, check_text
+from parc_jax.common.errors import InputError, check_kind, check_text, reading
 from parc_jax.common.said import slot, together
 from parc_jax.common.sets.extent import bounding_box
 from parc_jax.common.sets.hpolytope import HPolytope, hpolytope, owned
@@ -182,7 +182,9 @@ class Problem:
         if all(span is None for span in entries["spans"] or ()):
             entries["spans"] = None  # of however many obstacles
         made = reach_avoid(**entries)
-        named = tuple((part, tuple(words)) for part, words in words_of(dict(given)).items())
+        with reading("labels", "names by part"):
+            of = words_of(dict(given) if type(given) is tuple else given)
+            named = tuple((part, tuple(words)) for part, words in of.items())
         return dataclasses.replace(made, points=made.points or points, labels=named)
 
     def __repr__(self) -> str:

@@ -19,7 +19,7 @@ from sims.ros.measured import seen_in, swept_in
 from sims.ros.outline import Outline
 from sims.sweep import swept
 
-TRACK = 256  # poses that are stored, to locate scans
+WAITING = 256  # scans that are stored, until poses locate them
 STILL = 0.01  # [m], [rad] that are no motion: less than a manoeuvre's, for which drift is told
 OF_SCANNER = ("angle_min", "angle_increment", "range_min", "range_max")  # equal in all scans
 
@@ -46,8 +46,8 @@ class Memory:
         self._again = False  # restarted, and no pose since
         self._frame: str | None = None  # of the scanner
         self._scanner: Premises | None = None
-        self._scans: deque[Any] = deque(maxlen=TRACK)  # that wait for a pose after their last beam
-        self._track: deque[tuple[int, np.ndarray]] = deque(maxlen=TRACK)
+        self._scans: deque[Any] = deque(maxlen=WAITING)  # for a pose after their last beam
+        self._track: deque[tuple[int, np.ndarray]] = deque()
         self._forgot = 0  # times since the first pose
 
     @property
@@ -185,12 +185,17 @@ class Memory:
             self.since, self._again = at, False
         self._rested = pose if moved or self._rested is None else self._rested
         self._track.append((at, pose))
+        # what no scan that can still be used needs
+        least = min([at - int(2e9 * d.stale), *(_swept(scan)[0] for scan in self._scans)])
+        while len(self._track) > 1 and self._track[1][0] <= least:
+            self._track.popleft()
         if d.sensor is None:
             return
         # the robot may be anywhere within the uncertainty of its pose
         corners = self.outline.inner_at(pose)
         if self.seen is None or moved:  # nobody looks around a robot that moves
             self.seen = free_place(corners, (0.0 if moved else d.margin) - self.off)
+            self._forgot = max(self._forgot, self._halves(at))  # what is known is of now
         while self._scans and _swept(self._scans[0])[1] <= at:
             scan, before = self._scans.popleft(), self.added
             try:
@@ -219,10 +224,14 @@ class Memory:
         """What is older than its age leaves, by a time [ns]: half an age is one part of memory."""
         if not self.driving.age:
             return
-        halves = int((now - self.first) / 1e9 / self.driving.age * 2)
+        halves = self._halves(now)
         for _ in range(min(halves - self._forgot, 2)):
             self.seen = self.seen.forget()
         self._forgot = max(halves, self._forgot)
+
+    def _halves(self, now: int) -> int:
+        """Half ages since the first pose."""
+        return int((now - self.first) / 1e9 / self.driving.age * 2) if self.driving.age else 0
 
     def _add(self, scan: Any) -> None:
         """Add the free space of a scan. The sensor is placed where it was in the middle of the
@@ -232,7 +241,7 @@ class Memory:
         d, (begin, end) = self.driving, _swept(scan)
         stamps, poses = (np.array(part) for part in zip(*self._track, strict=True))
         if begin < stamps[0]:
-            late = (stamps[0] - begin) / 1e9
+            late = float(stamps[0] - begin) / 1e9
             self.said += f"a scan was {late!r} s older than all poses, and is not used; "
             return
         # it would be remembered for longer than its age, or its frame has drifted twice since

@@ -275,11 +275,13 @@ def test_what_begins_at_the_border_of_a_tube_is_accepted_by_the_checker():
             check_episode(episode_part([first, step.committed]), allowance_of)
 
 
-@pytest.mark.parametrize("where", ["at the end", "in another bin"])
+@pytest.mark.parametrize("where", ["at the end", "in another bin", "at the records"])
 def test_what_stayed_inside_is_told_where_the_tube_itself_holds_it(where):
-    """It is narrower at its end than in its last interval, or in one of the bins of a k between."""
+    """It is narrower at its end than in its last interval, in one of the bins of a k between, and
+    at records, of which a part is for the time between them.
+    """
     wide, narrow = np.full((12, 2), 0.05), np.full((12, 2), 0.01)
-    edges, tube = [[-1, 1]] * 4, (wide[None], narrow[:1])
+    edges, tube = [[-1, 1]] * 4, (wide[None], (wide if where == "at the records" else narrow)[:1])
     if where == "in another bin":
         edges, tube = (
             [[-1, 0, 1], *edges[1:]],
@@ -287,6 +289,8 @@ def test_what_stayed_inside_is_told_where_the_tube_itself_holds_it(where):
         )
     net, about = platform_net(), {"system": "platform", "given": (0, 1)}
     claim = pj.learning.declared_claim(pj.learning.tube(edges, *tube), "test", net, TIME, **about)
+    if where == "at the records":
+        claim = derived(claim, intersample=(0.04, 0.04))
     model = pj.learning.trajectory_model(net, claim)
     loop = pj.drive.Loop(model, 0.2, leave=0.4, effort=PATIENT)
     k = loop.step([0, 0], [0, 0], [], lambda seen: -seen.k[:, 2], 0.0).committed.k

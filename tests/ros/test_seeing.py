@@ -666,3 +666,28 @@ def test_a_scan_and_the_next_agree_in_every_field_or_free_something_else(field):
 def test_those_who_move_are_told_with_their_speed():
     slow, fast = (pilot(mover_radius=0.3, mover_speed=speed) for speed in (0.5, 0.6))
     assert slow.premises["who moves"] != fast.premises["who moves"]
+
+
+def test_poses_as_fast_as_they_come_locate_scans_that_come_late():
+    """The last 256 poses of 1 kHz were younger than each scan, so that nothing ever began."""
+    one, rest, told = pilot(), np.zeros(2), scan([], lambda _: np.zeros(2), 0, 0.1 / 360)
+    for at in range(10**9, 1_900_000_000, 10**6):
+        begun = at - 280_000_000
+        if begun % 10**8 == 0 and begun > 10**9:
+            told.header = sliding.header(begun, "lidar")
+            one.hear_scan(told)
+        one.hear_pose(sliding.odometry(rest, rest, at))
+        assert "older than all poses" not in one.said
+    assert one.memory.added == 16 * 10**8
+
+
+def test_what_a_person_looked_at_is_not_forgotten_as_of_before():
+    """Between a restart and the next pose a pause was longer than `age`."""
+    areas = []
+    for pause in (10**8, 25 * 10**8):
+        one, rest = pilot(age=1.0), np.zeros(2)
+        one.hear_pose(sliding.odometry(rest, rest, 10**9))
+        one.restart()
+        one.hear_pose(sliding.odometry(rest, rest, 10**9 + pause))
+        areas.append(one.seen.region.area)
+    assert areas[0] == areas[1] > 0.2

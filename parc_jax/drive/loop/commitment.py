@@ -349,6 +349,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction, k: np.ndarray | Non
     if tube.templates is not None or len(off[points]) < len(off):
         return float(beyond), np.inf
     inside = tube.interval[bins].min(axis=0)[both].min(axis=0)
+    inside = inside - tube.halves_around(model.claim.intersample or 0.0, 0.0)[0]  # as `kept`
     if passed + near >= steps:
         inside = np.minimum(inside, tube.final[bins].min(axis=0)[: len(inside)])
     inside = (inside - at_start).reshape(-1, n_p)  # where the others began is not measured

@@ -161,12 +161,12 @@ def _step(x: np.ndarray, fine: float, width: float) -> float:
 
 def step_of(places: np.ndarray) -> float:
     """[m] Of the columns of places (..., n_c) the largest that its values are apart at least, but
-    for 1e-12 of the largest; 0 where all are constant.
+    for 1e-12 of them; 0 where all are constant.
     """
     x = places.reshape(-1, places.shape[-1])
     x = np.sort(x[np.isfinite(x).all(axis=1)], axis=0)
     gaps = np.diff(x, axis=0)
-    seen = gaps > 1e-12 * np.abs(x).max(axis=0, initial=0.0)
+    seen = gaps > 1e-12 * np.maximum(np.abs(x[1:]), np.abs(x[:-1]))
     least = np.where(seen, gaps, np.inf).min(axis=0, initial=np.inf)
     return float(least[np.isfinite(least)].max(initial=0.0))
 

@@ -15,7 +15,7 @@ from parc_jax.learning.runs.files import RAGGED
 
 TABLES = ("k.csv", "q.csv", "groups.csv")  # beside the folder p
 # names of what is not read and may tell of runs: tables that are neither hidden nor a note
-_TABLE = r"\.(csv|tsv|txt|dat|np[yz]|mat|parquet|xlsx?)\b"
+_TABLE = r"\.(csv|tsv|txt|dat|np[yz]|mat|parquet|xlsx?|ods|json|h5|hdf5|feather|pkl)\b"
 UNREAD = rf"(?i)(?!.*(/|^)(\.|readme))(p/.*{_TABLE}|([kqp]|groups?){_TABLE}|.*\.[ct]sv\b)"
 _HEADERS = ("group", "groups", "recording", "recordings", "run", "log", "file", "bag", "name")
 _ROWS = {*_HEADERS, *"index idx id row number no unnamed header seq timestamp stamp epoch".split()}
