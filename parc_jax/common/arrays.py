@@ -91,7 +91,7 @@ def real(value):
     """
     listed = isinstance(value, bool | list | tuple)
     kind = getattr(getattr(np.asarray(value) if listed else value, "dtype", None), "kind", "")
-    if kind in ("b", "c", "M"):
+    if kind in ("b", "c", "m", "M"):
         raise TypeError("complex numbers" if kind == "c" else "True, False and times are none")
     if np.ma.is_masked(value):
         raise TypeError("masked numbers")

@@ -10,6 +10,7 @@ import pytest
 from synthetic_plants import noisy, plant
 
 from parc_jax.common.errors import InputError
+from parc_jax.common.sets.box import box
 from parc_jax.learning.runs.collect import collect
 from parc_jax.learning.runs.files import read_npz, save_rollouts, write_atomic, write_npz
 from parc_jax.learning.runs.loaders import load_rollouts
@@ -550,3 +551,5 @@ def test_times_are_no_numbers_and_nothing_is_no_path(batch, tmp_path):
         load_rollouts(tmp_path / "log.npz", GRID)
     with pytest.raises(InputError, match="load_rollouts: expected the path of a file or folder"):
         load_rollouts(None, GRID)
+    with pytest.raises(InputError, match="times are none"):  # a unit would be lost
+        box(np.array([1, 2], "timedelta64[ms]"), [5.0, 6.0])

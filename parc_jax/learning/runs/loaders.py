@@ -262,7 +262,7 @@ def _numbers(path: Path, name: str, values) -> np.ndarray:
     try:
         array = np.asarray(real(values), np.float64)
     except NO_NUMBER:
-        why = "They are complex, or times." if np.asarray(values).dtype.kind in "cM" else RAGGED
+        why = "They are complex, or times." if np.asarray(values).dtype.kind in "cmM" else RAGGED
         raise InputError(f"{path}: expected {name} as one array of real numbers. {why}") from None
     largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
     if largest > LARGEST:
